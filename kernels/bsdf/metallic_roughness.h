@@ -3,9 +3,10 @@
 // over a diffuse base that fades as the surface turns metallic.
 //
 // The appendix mixes the two by the reflectance at the half vector, which returns up to 1.9 times
-// the light near grazing incidence. Here the base has base (1 - E(wo)) (1 - E(wi)) / (pi (1 -
-// E_avg)), with E the directional albedo of the layer [Kelemen and Szirmay-Kalos 2001, section 2].
-// That is reciprocal, never reflects more than 1, and exactly 1 for a white base under a colourless
+// the light near grazing incidence. Here the base has
+//   base (1 - E(wo)) (1 - E(wi)) / (pi (1 - E_avg))
+// with E the directional albedo of the layer [Kelemen and Szirmay-Kalos 2001, section 2]. That is reciprocal, never
+// reflects more than 1, and exactly 1 for a white base under a colourless
 // layer without loss.
 #ifndef EK_BSDF_METALLIC_ROUGHNESS_H
 #define EK_BSDF_METALLIC_ROUGHNESS_H

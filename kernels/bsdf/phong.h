@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Blinn's highlights over Lambert's base (EIKON_materials_phong) [Blinn 1977]:
-//   f = base (1 - max(specular)) / pi + specular N cos(theta_h)^n,   N = (n + 2)(n + 4) / (8 pi
-//   (2^(-n/2) + n))
+//   f = base (1 - max(specular)) / pi + specular N cos(theta_h)^n,
+//   N = (n + 2)(n + 4) / (8 pi (2^(-n/2) + n))
 // N makes a white highlight reflect all light at normal incidence, where it reflects most [Giesen
 // 2009, "Phong and Blinn-Phong normalization factors"]. The base is reduced by as much as the
 // highlight can reflect, so no more light leaves than arrives. The lobe is reciprocal.

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Layer `motion`: how far what a camera ray meets goes on the picture until the next frame, in pixels, x to the right and y
 // up, as compositors have it. Both ends are projected through the middle of the lens, as the cameras of the two frames
-// stand; what moves while the shutter is open counts where it is at the time of the frame.
+// stand; what moves while the shutter is open counts where it is at the time of the frame. Where a camera ray meets nothing, it is the
+// motion of the environment, and 0 if there is none or the picture is transparent.
 //   motion_cameras  behind the poses of a moving camera (film/camera.h): CAMERA_WORDS for this frame, and for the next
 //   next_corners    a word for each triangle, which is 0 if it stands still until the next frame, else the place in this array
 //                   of its nine coordinates there

@@ -80,14 +80,6 @@ EK_FN vf pdf_sr_from_m2(vf pdf_m2, v3 n_geom, v3 dir, vf t) {
   return cos_light > 0.0f ? div_f(pdf_m2 * (t * t), cos_light) : (vf)(0.0f);
 }
 
-/// Density with which light_sample chooses the point where a ray met an emissive triangle, per sr
-/// from the ray's origin.
-/// light_pdf_m2  of the triangle's record
-/// dir, t        of the ray: unit direction, distance
-EK_FN vf light_pdf_sr_of_hit(vf light_pdf_m2, v3 n_geom, v3 dir, vf t) {
-  return pdf_sr_from_m2(light_pdf_m2, n_geom, dir, t);
-}
-
 /// Density with which light_sample chooses a direction towards the constant environment.
 /// probability  of choosing the environment (Frame.environment.w)
 /// cos_n        cosine of the direction with the z of light_sample's basis: wi.z of a BSDF sample
@@ -121,11 +113,11 @@ EK_FN LightWords light_words(vu key, vu index, uint depth, uint which) {
   words.which = which;
   if (EK_HAS_each_light) {
     // Each light has its own scramble, so their samples are independent.
-    key = key + which * 0x632be5abu;
+    key = key + which * EK_LIGHT_SAMPLE_KEY;
   } else if (EK_LIGHT_SAMPLES > 1) {
     // The samples of a vertex are consecutive in one sequence, so that they are stratified over the
     // lights.
-    key = key + mul_hi(index, (vu)(EK_LIGHT_SAMPLES)) * 0x632be5abu;
+    key = key + mul_hi(index, (vu)(EK_LIGHT_SAMPLES)) * EK_LIGHT_SAMPLE_KEY;
     index = index * (uint)EK_LIGHT_SAMPLES + which;
   }
   sample_2d_bits(key, index, bounce_dimension(depth, DIM_LIGHT), &words.a, &words.b);

@@ -27,7 +27,7 @@ EK_FN float target_weight(LightData lights, uint target, uint kind) {
   return aim_is_learned(lights) ? words[EK_AIM_CELL(target, kind) * EK_GUIDE_CELL_WORDS + AIM_weight] : 1.0f;
 }
 
-/// Density of a start over that of an even one: at a point of the unit disc that warp_disk maps coordinates to.
+/// Density of a start over that of an even one. x, y: the point of the unit disc to which warp_disk maps the start's coordinates
 EK_FN vf target_density(LightData lights, uint target, uint kind, vf x, vf y) {
   const float weight = target_weight(lights, target, kind);
   if (!aim_is_learned(lights)) return (vf)(weight);
@@ -75,8 +75,9 @@ EK_FN vf cone_density(LightData lights, uint i, v3 from, v3 dir, vf cone) {
   return target_density(lights, i, EK_AIM_CONE, div_f(within.x, stretch), div_f(within.y, stretch));
 }
 
-/// Number of targets that a ray meets, by the densities of its start. dir: unit
-EK_FN vf targets_met(constant Frame* frame, LightData lights, v3 from, v3 dir) {
+/// Sum, over the targets that a ray meets, of the density of its start over that of an even one (cone_density): their number, if nothing
+/// was learned. dir: unit
+EK_FN vf density_of_targets_met(constant Frame* frame, LightData lights, v3 from, v3 dir) {
   vf met = (vf)(0.0f);
   for (uint i = 0; i < frame->light_target_count; ++i) {
     const float4 target = lights.light_paths.light_targets[i];
@@ -91,7 +92,7 @@ EK_FN vf targets_met(constant Frame* frame, LightData lights, v3 from, v3 dir) {
 
 /// Density of the directions of light paths from a point, per sr.
 EK_FN vf target_pdf_sr(constant Frame* frame, LightData lights, v3 from, v3 dir) {
-  const vf met = targets_met(frame, lights, from, dir);
+  const vf met = density_of_targets_met(frame, lights, from, dir);
   return met > 0.0f ? met * div_f(EK_INV_2PI, all_target_cones(frame, lights, from)) : (vf)(0.0f);
 }
 

@@ -34,7 +34,10 @@ EK_FN vi is_marked(vf ratio) { return (AS_U(ratio) & EK_RATIO_MARK) != 0u; }
 EK_FN vf marked(vf ratio, vu mark) { return AS_F((AS_U(ratio) & ~EK_RATIO_MARK) | mark); }
 EK_FN vf unmarked(vf ratio) { return marked(ratio, (vu)(0u)); }
 
-/// Solid angle of a lobe of GGX: about 4 pi alpha^2 over the cosine of the light with the surface.
+/// The solid angle, sr, that stands for a lobe of GGX where camera paths and light paths share light: 4 pi alpha^2 over the cosine of the
+/// light with the surface. At normal incidence this is the inverse of the largest density of reflected directions [Walter et al. 2007,
+/// eq. 14 and 33]; that it grows towards grazing incidence is a choice. All ways to find a light take the same value, so it changes the
+/// variance and not the mean.
 EK_FN vf lobe_sr(vf ggx_alpha, vf cosine) {
   const vf alpha = max_f(ggx_alpha, (vf)(EK_SMOOTH_ALPHA));
   return div_f((4.0f * EK_PI) * (alpha * alpha), max_f(cosine, (vf)(0x1p-10f)));
@@ -62,7 +65,9 @@ EK_FN vi is_shared_ratio(vf ratio) {
   return EK_HAS_merging ? (ratio > 0.0f) | (unmarked(ratio) == EK_MERGED) : ratio > 0.0f;
 }
 
-/// The share of such a path in light that light paths start from with that density.
+/// Weight of light that a camera path finds, by the balance heuristic: 1 / (1 + ratio * density). After a merge (EK_MERGED) it is 0 for
+/// light that light paths bring, else 1.
+/// marked_ratio  PathState.light_ratio; density: of a light path's start there
 EK_FN vf camera_share(vf marked_ratio, vf density) {
   const vf ratio = unmarked(marked_ratio), share = div_f(1.0f, 1.0f + ratio * density);
   if (!EK_HAS_merging) return share;
@@ -82,7 +87,7 @@ EK_FN vf start_pdf_m2(LightData lights, vu light, vf pdf_of_point) {
 }
 
 /// Density of a light path that leaves an emissive surface: per m^2 of it, per sr, and over the cosine there.
-/// It is the radiance of a light path's throughput 1.
+/// The throughput of a light path is the radiance over this.
 /// start_m2  start_pdf_m2; dir: away from the surface, unit
 EK_FN vf emission_density(constant Frame* frame, LightData lights, vf start_m2, v3 p, v3 n_geom, v3 dir) {
   const vf cosine = abs_f(dot3(n_geom, dir));
@@ -114,12 +119,12 @@ EK_FN vf mean_environment_density(constant Frame* frame, LightData lights, vf pd
 // light. The latter is worth its density times the lobe's solid angle. That stands for the lobe's true value, which one of
 // both ways would not know; what they agree on leaves the picture without a bias.
 
-/// The density of light paths by way of a rough target over that of camera paths that sample its lobe, made that over all camera
-/// paths.
-/// pdf_sr  of light sampling from there, for which start_pdf_m2 stands in; sr: of the lobe, 0 at surfaces that reflect or refract exactly
+/// The density of light paths by way of a rough target over that of all camera paths, which sample the lobe or the light.
+/// density  over that of camera paths that sample the lobe; pdf_sr: of light sampling from there, for which
+/// start_pdf_m2 stands in; sr: of the lobe, 0 at surfaces that reflect or refract exactly
 EK_FN vf density_beside_sampling(vf density, vf pdf_sr, vf sr) { return div_f(density, 1.0f + pdf_sr * sr); }
 
-/// The same of a light without extent, which has no density of its own.
+/// The same of a light without extent, which camera paths find by sampling the light alone.
 /// pdf_m2  of light paths, per m^2 across them at the rough target, if all started from this light
 EK_FN vf density_beside_sampling_of_point(vf pdf_m2, vf sr) { return div_f(pdf_m2, sr); }
 
@@ -127,7 +132,9 @@ EK_FN vf density_beside_sampling_of_point(vf pdf_m2, vf sr) { return div_f(pdf_m
 typedef struct {
   v3 origin, dir;   // world; dir: unit
   v3 throughput;    // radiance over density; 0: no light goes there
-  vf density;       // in the mean, of lights without extent that of direction or place alone, less than 0; marked
+  // In the mean (mean_emission_density, mean_environment_density); of a light without extent minus that of the direction, 1/sr, or of the
+  // place, 1/m^2. The lowest bits are a mark (EK_RATIO_MARK).
+  vf density;
   vu triangle;      // that it leaves, or EK_NO_HIT
   vu group;         // light group of the light
   vu start;         // its name (shared/light_target.h)

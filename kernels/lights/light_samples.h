@@ -5,4 +5,6 @@
 #ifndef EK_LIGHT_SAMPLES
 #define EK_LIGHT_SAMPLES 1
 #endif
+// Odd. Multiples of it, added to a path's key, give each light sample random numbers of its own.
+#define EK_LIGHT_SAMPLE_KEY 0x632be5abu
 #endif

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lights that move while the shutter is open: samples of emissive triangles at the sample's time
-// (EK_HAS_moving_surface), with the density that hits on them have (surface/motion.h), and lights without extent
-// (EK_HAS_moving_light).
+// Samples of emissive triangles that move while the shutter is open (EK_HAS_moving_surface), at the sample's time, with the density that
+// hits on them have (surface/motion.h). Lights without extent move in lights/punctual.h.
 #ifndef EK_MOVING_LIGHT_H
 #define EK_MOVING_LIGHT_H
 #include "lights/light.h"

@@ -6,8 +6,7 @@
 // turns, stretches or shears. Each kind that can be sampled has, in shape_sphere.h, shape_flat.h or
 // shape_round.h,
 //   <name>_choose   a point of the surface, and its part (shapes/shape.h)
-//   <name>_density  of the direction towards a point, whether it was chosen or met by a scattered
-//   ray
+//   <name>_density  of the direction towards a point, whether it was chosen or a scattered ray met it
 // and a line in each of the two functions below.
 #ifndef EK_LIGHT_SHAPE_H
 #define EK_LIGHT_SHAPE_H

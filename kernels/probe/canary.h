@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Memory probe: it reads several buffers in the ways that stages do, at offsets that depend on what
-// was read before, and folds what it gets into words that host/device/canary.cpp computes as well.
+// was read before, and folds what it gets into words that host/device/probes.cpp computes as well.
 // A driver is known that reads element 0 for every record although its arithmetic is right.
 //   canary_triangles, canary_other  EK_CANARY_RECORDS records of 16 words each
 //   canary_words, canary_floats     EK_CANARY_RECORDS words each

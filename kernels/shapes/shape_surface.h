@@ -40,7 +40,7 @@ EK_FN Surface shape_placed(ShapeLanes s, ShapeWorldLanes world, ShapePoint point
 /// in own space, for shape_attributes.
 /// corners  the record that was met; part: the hit's u; origin, dir, t: of the ray
 EK_FN ShapePoint shape_surface(SceneData scene, TriangleLanes corners, vf part, v3 origin, v3 dir, vf t, Surface* surface) {
-  const vi is_shape = corners.p2.x != corners.p2.x;
+  const vi is_shape = is_shape_record(corners);
   const vu index = is_shape ? AS_U(corners.n.x) : (vu)(0u);
   const ShapeLanes s = load_shape(scene.shapes, index);
   const ShapeWorldLanes world = load_shape_world(scene.shapes, index);
@@ -70,7 +70,7 @@ EK_FN ShapePoint shape_surface(SceneData scene, TriangleLanes corners, vf part, 
 // In own space `right`, upwards in the texture and `out` are right-handed. A node that mirrors
 // reverses `out`, but not directions along the surface.
 EK_FN HitAttributes shape_attributes(SceneData scene, TriangleLanes corners, ShapePoint point, v3 n_geom, HitAttributes at) {
-  const vi is_shape = corners.p2.x != corners.p2.x;
+  const vi is_shape = is_shape_record(corners);
   if (EK_HAS_tangent) {
     const ShapeWorldLanes world = load_shape_world(scene.shapes, is_shape ? AS_U(corners.n.x) : (vu)(0u));
     const v3 up = cross3(point.out, point.right), right = point.right;

@@ -24,7 +24,7 @@ EK_BEGIN
 enum {
   AIM_flags = 0,  // of the first cell
   AIM_weight =
-      GUIDE_indirect  // float, of the others: of the target among all, over that of one that nothing was learned of
+      GUIDE_indirect  // float, of the others: probability of the target, over that of one of its size that nothing was learned of
 };
 EK_END
 #define EK_AIM_LEARNED 1u       // the cells hold; without it nothing but the flags is there

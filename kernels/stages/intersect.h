@@ -4,11 +4,12 @@
 // hit_*. Nothing is shaded here, and only opacity's decisions are random.
 #ifndef EK_STAGE_INTERSECT_H
 #define EK_STAGE_INTERSECT_H
+#include "shared/photon.h"
 #include "stages/wavefront.h"
 #include "traverse/traverse.h"
 
 EK_FN_ONCE void stage_intersect(StageContext stage, Geometry geometry, uint count, uint depth) {
-  cull_backs(&geometry, depth == 1 && !(EK_HAS_light_paths & (stage.frame->of_light_paths != 0u)));
+  cull_backs(&geometry, depth == 1 && !(EK_HAS_light_paths & (stage.frame->of_light_paths != EK_OF_CAMERA_PATHS)));
   Tracing tracing;
   PathWalk walk = path_walk(count);
   while (path_walk_next(&walk, stage.queue, EK_ROWS)) {

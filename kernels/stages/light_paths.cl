@@ -30,13 +30,11 @@ EK_FN_ONCE void light_paths_run(StageContext stage, Geometry geometry, LightData
 }
 #endif
 
-kernel void light_paths(constant Frame* frame, global const uint* pixels, global uint* path_state, global float* film_slots,
-                        global const uint* accel_nodes, global const uint* accel_leaves, EK_SCENE_ARGUMENTS,
-                        EK_LIGHT_ARGUMENTS EK_LOG_ARGUMENT, global const float* filter_table, global uint* next_path, global uint* splats,
-                        global uint* splat_counts) {
+kernel void light_paths(constant Frame* frame, global const uint* pixels, global uint* path_state, global const uint* accel_nodes,
+                        global const uint* accel_leaves, EK_SCENE_ARGUMENTS, EK_LIGHT_ARGUMENTS, global const float* filter_table,
+                        global uint* next_path, global uint* splats, global uint* splat_counts) {
 #if EK_CHUNKED & EK_HAS_light_paths
-  const StageContext stage = {
-      .frame = frame, .state = chunk_state(path_state), .film = {film_slots, frame->film_stride} EK_STAGE_LOG};
+  const StageContext stage = {.frame = frame, .state = chunk_state(path_state)};
   const LightData light_data = EK_LIGHT_DATA;
   const Geometry geometry = {accel_nodes, accel_leaves, EK_SCENE_DATA EK_NOT_OVER_TIME};
   const PathCounter counter = {next_path, frame->path_count, (uint)get_global_size(0)};

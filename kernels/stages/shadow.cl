@@ -10,5 +10,5 @@ kernel void shadow(constant Frame* frame, global uint* path_state, global const 
                               .state = chunk_state(path_state),
                               .queue = queue_shadow + EK_ENTRY,
                               .film = {film_slots, frame->film_stride} EK_STAGE_LOG};
-  stage_shadow(stage, geometry, own_count(counts[4 * EK_CHUNK_INDEX + (EK_SHADOW_PATHS ? 3 : 2)]), depth);
+  stage_shadow(stage, geometry, shadow_count(counts), depth);
 }

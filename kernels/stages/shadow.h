@@ -33,7 +33,7 @@ EK_FN void shadow_cast(StageContext stage, Geometry geometry, Tracing* tracing, 
   tracing_finish(stage.frame, geometry, tracing, 1);
 }
 
-/// Traces them, and adds what they bring.
+/// Traces the shadow rays in a slot and those behind it, and adds what they carry to the film where nothing is in the way.
 EK_FN void shadow_trace(StageContext stage, Geometry geometry, Tracing* tracing, uint slot, uint count, uint depth) {
   shadow_cast(stage, geometry, tracing, slot, count, depth == 1);
   for (uint row = 0; row < count; row += EK_WIDTH) {

@@ -2,16 +2,12 @@
 #include "stages/light/splat.h"
 
 kernel void splat(constant Frame* frame, global uint* path_state, global const uint* counts,
-                  global const uint* queue_shadow, EK_GEOMETRY_ARGUMENTS, global float* film_slots EK_LOG_ARGUMENT,
-                  global uint* splats, global uint* splat_counts, uint depth) {
+                  global const uint* queue_shadow, EK_GEOMETRY_ARGUMENTS, global uint* splats, global uint* splat_counts, uint depth) {
 #if EK_HAS_light_paths
   EK_RAY_MEMORY
   const Geometry geometry = EK_GEOMETRY;
-  const StageContext stage = {.frame = frame,
-                              .state = chunk_state(path_state),
-                              .queue = queue_shadow + EK_ENTRY,
-                              .film = {film_slots, frame->film_stride} EK_STAGE_LOG};
+  const StageContext stage = {.frame = frame, .state = chunk_state(path_state), .queue = queue_shadow + EK_ENTRY};
   const SplatList list = {splats, splat_counts, frame->splat_capacity};
-  stage_splat(stage, geometry, list, own_count(counts[4 * EK_CHUNK_INDEX + (EK_SHADOW_PATHS ? 3 : 2)]));
+  stage_splat(stage, geometry, list, shadow_count(counts));
 #endif
 }

@@ -7,7 +7,8 @@
 //   slot, queues hold the slots of the paths that go on (compact.cl), and a work-item serves one
 //   entry of a queue.
 // counts holds four words per chunk: [depth & 1] paths at this depth, [(depth + 1) & 1] paths at
-// the next, [2] pending shadow rays, [3] with EK_SHADOW_PATHS the paths that have some.
+// the next, [2] pending shadow rays, [3] with EK_SHADOW_PATHS the paths that have some. Without chunks
+// the words of shared/queue_counts.h follow.
 #ifndef EK_WAVEFRONT_H
 #define EK_WAVEFRONT_H
 #include "film/slots.h"
@@ -58,6 +59,10 @@ EK_FN uint own_count(uint count) { return EK_CHUNKED ? count : EK_ENTRY < count 
 EK_FN uint depth_count(global const uint* counts, uint depth) {
   return own_count(counts[4 * EK_CHUNK_INDEX + (depth & 1)]);
 }
+/// The number of shadow rays of this work-item's chunk; without chunks 1 if it has an entry of queue_shadow, else 0.
+EK_FN uint shadow_count(global const uint* counts) {
+  return own_count(counts[4 * EK_CHUNK_INDEX + (EK_SHADOW_PATHS ? 3 : 2)]);
+}
 EK_FN global const uint* depth_queue(global const uint* queue_rays, uint depth) {
   return queue_rays + (depth & 1) * EK_CHUNK + EK_ENTRY;
 }
@@ -94,7 +99,7 @@ typedef struct {
   uint shadow_rays;  // pending
 } Survivors;
 
-/// Stores them, on chunks.
+/// Stores the counts of a chunk after shading. Without chunks stage compact counts.
 EK_FN void store_survivors(global uint* counts, uint depth, Survivors survivors) {
 #if EK_CHUNKED
   counts[4 * EK_CHUNK_INDEX + ((depth + 1) & 1)] = survivors.paths;

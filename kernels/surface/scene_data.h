@@ -5,6 +5,9 @@
 #define EK_SCENE_DATA_H
 #include "lanes/record_lanes.h"
 
+/// Mask of the records that are shapes: their third corner is NaN (shared/records.def).
+EK_FN vi is_shape_record(TriangleLanes record) { return record.p2.x != record.p2.x; }
+
 typedef struct {
   global const Triangle* triangles;
   global const TriangleNormals* triangle_normals;
@@ -21,7 +24,7 @@ typedef struct {
   global const InstanceRecord* instances;   // instance
 #if EK_HAS_moving_surface
   global const uint* motion;  // motion.h
-  global const uint* motion_nodes;   // of the tree of triangles that move (traverse/gpu/bvh2.h)
+  global const uint* motion_nodes;   // of the tree of triangles that move (traverse/motion_tree.h)
   global const uint* motion_leaves;
   global const Triangle* pose_triangles;
   global const TriangleNormals* pose_normals;

@@ -23,8 +23,8 @@
 #define EK_ONE_RAY 0
 #include "traverse/closest_hit.h"
 
-// A tree, laid out as the header of its layout says, and the scene. All but the triangles of the
-// scene is read for opacity alone.
+// A tree, laid out as the header of its layout says, and the scene. Without opacity a traversal reads of the scene only triangles and,
+// with the features that need them, shapes, instances, poses and diagnostics (EK_GEOMETRY_ARGUMENTS).
 typedef struct {
   global const uint* nodes;
   global const uint* leaves;
@@ -183,6 +183,7 @@ EK_FN int try_triangle(Geometry geometry, const RayOne* given, uint triangle, co
   EK_COUNT_TEST(hit);
   global const float* p = (global const float*)(geometry.scene.triangles + triangle);
 #if EK_HAS_shape
+  // NaN marks a shape (records.def).
   if (p[6] != p[6]) return try_shape(geometry, given, triangle, any_hit, hit);
 #endif
   const RayOne test = ray_for_triangle(geometry, given), *ray = &test;

@@ -164,15 +164,19 @@ EK_FN void tracing_store(HitTable* hits, uint row, HitLanes hit) {
 }
 
 #if USE_WIDE && EK_WIDTH > 1
+/// The hits of a packet that was traced; lanes without a ray hit nothing. any_hit: a triangle stands for whatever is in the way
+EK_FN HitLanes packet_result(const Packet* p, const int any_hit) {
+  HitLanes hit = p->hit;
+  if (any_hit) hit.triangle = (p->valid & (hit.t < 0.0f)) ? (vu)(0u) : hit.triangle;
+  hit.t = p->valid ? hit.t : (vf)(EK_INFINITY);
+  return hit;
+}
+
 EK_FN void tracing_run_packets(Geometry geometry, Packet* packets, uint count, const int any_hit, HitTable* hits) {
   traverse_packets(geometry, packets, count, any_hit, 0);
   for (uint i = 0; i < count; ++i) {
     if (EK_REPORTS_AT_ONCE) packet_report_given_up(geometry, packets + i);
-    HitLanes hit = packets[i].hit;
-    const vi valid = packets[i].valid;
-    if (any_hit) hit.triangle = (valid & (hit.t < 0.0f)) ? (vu)(0u) : hit.triangle;
-    hit.t = valid ? hit.t : (vf)(EK_INFINITY);
-    tracing_store(hits, packets[i].row, hit);
+    tracing_store(hits, packets[i].row, packet_result(packets + i, any_hit));
   }
 }
 #endif
@@ -214,11 +218,8 @@ EK_FN void tracing_run_sorted(constant Frame* frame, Geometry geometry, Tracing*
     Packet packet = tracing_packet(ray, valid, t_max, 0);
     traverse_packets(geometry, &packet, 1u, any_hit, 1);
     if (EK_HAS_implicit) packet_report_given_up(geometry, &packet);
-    HitLanes hit = packet.hit;
-    if (any_hit) hit.triangle = (valid & (hit.t < 0.0f)) ? (vu)(0u) : hit.triangle;
-    hit.t = valid ? hit.t : (vf)(EK_INFINITY);
     HitTable one;
-    tracing_store(&one, 0, hit);
+    tracing_store(&one, 0, packet_result(&packet, any_hit));
     for (uint lane = 0; lane < count; ++lane) {
       const uint row = s->row[at[lane]];
       hits->triangle[row] = one.triangle[lane];

@@ -400,7 +400,7 @@ EK_FN_ONCE void probe_light_run(PROBE_ITEMS, constant Frame* frame, LightData da
   OUT_F(21, path.t_max);
   // What a ray that met the same point or direction would be weighted with.
   const v3 d = sub3(s.p, p);
-  vf asked = light_pdf_sr_of_hit(s.pdf, s.n, path.wi, sqrt_f(dot3(d, d)));
+  vf asked = pdf_sr_from_m2(s.pdf, s.n, path.wi, sqrt_f(dot3(d, d)));
   const vf constant_sky = environment_pdf_sr(frame->environment.w, dot3(path.wi, basis.z), both_sides);
   const vf sky = frame->environment_width > 0
                      ? environment_map_value(frame, data.environment_texels, path.wi).pdf

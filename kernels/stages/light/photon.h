@@ -3,7 +3,7 @@
 // by exact reflection or refraction. It waits for stage `splat` in the place of the shadow ray that would carry a splat.
 #ifndef EK_LIGHT_PHOTON_H
 #define EK_LIGHT_PHOTON_H
-#include "film/photon.h"
+#include "film/splat.h"
 #include "stages/shade/merge.h"
 
 #if EK_HAS_merging
@@ -45,7 +45,7 @@ EK_FN void photons_list(StageContext stage, SplatList list, uint count) {
     photon[PHOTON_g] = AS_U(ray.radiance.y);
     photon[PHOTON_b] = AS_U(ray.radiance.z);
     photon[PHOTON_order] = ray.path;
-    photon_add(list, LANE_INDEX < (vu)(walk.lanes), photon);
+    list_add(list, LANE_INDEX < (vu)(walk.lanes), photon, PHOTON_WORDS);
   }
 }
 #endif

@@ -177,11 +177,12 @@ EK_FN ScatteredPath light_scatter(const ShadeContext* c, const PathHit* hit, con
 /// have no common scale, and with this rule roulette leaves them as they are.
 EK_FN vf light_survival(const ShadeContext* c, const ShadingPoint* point, const ScatteredPath* next) {
   const vf share = div_f(max_component(abs3(next->beta)), max_component(abs3(point->beta)));
-  const vf survival = min_f(share, (vf)(c->depth < EK_ROULETTE_ALWAYS_DEPTH ? 1.0f : 0.95f));
+  const vf survival = min_f(share, roulette_most(c->depth));
   return point->interface.skips_depth ? (vf)(1.0f) : survival;
 }
 
-/// light_ratio of a light path that goes on: of one by way of a rough target, where paths from the camera sample its light, too.
+/// PathState.light_ratio of a light path that goes on. Where its first surface is a rough target, camera paths find its light there by
+/// sampling lights, too, so the density is made that of density_beside_sampling; otherwise it stays.
 EK_FN vf emitted_light_ratio(const ShadeContext* c, const PathHit* hit, const ShadingPoint* point,
                              const ScatteredPath* next) {
   constant Frame* frame = c->stage.frame;

@@ -30,7 +30,7 @@ typedef struct {
   Surface surface;
   vi front;        // mask: the front side was hit
   vi is_lambert;   // mask: the surface is of class SHADING_LAMBERT
-  int detailed;    // 0: all live lanes are, so attributes and shading normals say nothing
+  int detailed;    // 0: all live lanes hit class SHADING_LAMBERT, so attributes and shading normals change nothing
   HitAttributes attributes;
 #if EK_HAS_shape
   ShapePoint on_shape;
@@ -65,9 +65,9 @@ typedef struct {
   MediumInterface interface;
   LightSampleContext light_context;  // the point as the light tree knows it
 #if EK_HAS_light_paths
-  vf light_ratio;  // as PathState's: first as light sampling shares light, then of the path that goes on
+  vf light_ratio;  // sampled_light_ratio, by which light sampling shares its light, until scatter(); then PathState's of the path that goes on
 #if !EK_CHUNKED
-  vf sampled_ratio;  // as first
+  vf sampled_ratio;  // sampled_light_ratio, kept for direct_light_last
 #endif
 #endif
 #if EK_HAS_GUIDE

@@ -59,7 +59,7 @@ EK_FN vf sampled_light_share(const ShadeContext* c, const ShadingPoint* point, v
   if (!EK_ROUGH_TARGETS) return (vf)(1.0f);
   vi shared = point->live & is_shared_ratio(point->light_ratio);
   if (!ANY(shared)) return (vf)(1.0f);
-  // Rough targets reflect, and from the viewer's side their normals are not bent (sampled_light_ratio).
+  // Rough targets are glossy (is_glossy), and from the viewer's side their normals are not bent (sampled_light_ratio).
   if (EK_HAS_SHADING_NORMAL & point->detailed)
     shared = shared & is_unbent_from(point->n_shade, point->n_geom, shadow->wi, (vi)(-1));
   const v3 dir = neg3(shadow->wi), way = sub3(sample->p, point->p);
@@ -130,7 +130,7 @@ EK_FN uint direct_light_cast(const ShadeContext* c, const ShadingPoint* point, P
   if (EK_HAS_each_light) pending = k < c->stage.frame->light_count ? pending : (vi)(0);
 
   OpacityKey opacity = {(vu)(0u), (vu)(0u)};
-  if (EK_HAS_opacity) opacity = opacity_key(point->key + k * 0x632be5abu, point->index, c->depth, 1u);
+  if (EK_HAS_opacity) opacity = opacity_key(point->key + k * EK_LIGHT_SAMPLE_KEY, point->index, c->depth, 1u);
   const ShadowRay ray = {.path = point->path,
                          .opacity_key = opacity.key,
                          .opacity_index = opacity.index,

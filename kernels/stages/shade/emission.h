@@ -12,9 +12,9 @@
 /// 0 for what is never sampled.
 /// emits  mask of the lanes that need it
 EK_FN vf emission_light_pdf_sr(const ShadeContext* c, const PathHit* hit, uint slot, vi emits) {
-  vf pdf = light_pdf_sr_of_hit(hit->corners.light_pdf_m2, hit->surface.n_geom, hit->path.dir, hit->t);
+  vf pdf = pdf_sr_from_m2(hit->corners.light_pdf_m2, hit->surface.n_geom, hit->path.dir, hit->t);
 #if EK_HAS_shape & EK_HAS_shape_light
-  const vi is_shape = hit->corners.p2.x != hit->corners.p2.x;
+  const vi is_shape = is_shape_record(hit->corners);
   if (ANY(emits & is_shape)) {
     const ShapeLightHit shape_hit = {.is_shape = is_shape, .at = hit->on_shape, .part = hit->u};
     const vf of_shape = shape_light_pdf_sr(c->scene, hit->corners, shape_hit, hit->path.origin, hit->path.dir);

@@ -40,7 +40,7 @@ EK_FN vf guided_survival(const ShadeContext* c, ShadingPoint* point, vf otherwis
   const vf leaving = luminance(abs3(mul3(point->beta, point->material.base_color)));
   point->expected = (has & !(point->expected > 0.0f)) ? leaving * (indirect + direct) : point->expected;
   const vf share = div_f(leaving * indirect, point->expected);
-  vf survival = min_f(max_f(EK_ROULETTE_GAIN * share, (vf)(EK_ROULETTE_LEAST)), (vf)(c->depth < EK_ROULETTE_ALWAYS_DEPTH ? 1.0f : 0.95f));
+  vf survival = min_f(max_f(EK_ROULETTE_GAIN * share, (vf)(EK_ROULETTE_LEAST)), roulette_most(c->depth));
   survival = c->depth < c->stage.frame->guided_roulette_depth ? (vf)(1.0f) : survival;
   return (has & (point->expected > 0.0f) & is_finite(share)) ? survival : otherwise;
 }

@@ -46,7 +46,7 @@ EK_FN vi is_unbent(const ShadeContext* c, const PathHit* hit, const HitMaterial*
   return is_unbent_from(raw, point->n_geom, w, is_glossy(material));
 }
 
-/// Mask of the lanes that hit a rough target whose normal is not bent for this viewer. It reflects, so is_unbent_from tells the same
+/// Mask of the lanes that hit a rough target whose normal is not bent for this viewer. It is glossy (is_glossy), so is_unbent_from tells the same
 /// of another direction by n_shade.
 EK_FN vi is_unbent_rough_target(const ShadeContext* c, const PathHit* hit, const HitMaterial* material,
                                 const ShadingPoint* point) {
@@ -142,7 +142,7 @@ EK_FN vf emission_share(const ShadeContext* c, const PathHit* hit, vi emits) {
   const vu light = shared ? hit->corners.flags >> EK_TRIANGLE_LIGHT_SHIFT : (vu)(0u);
   vf pdf_of_point = (vf)(1.0f);
 #if EK_HAS_shape & EK_HAS_shape_light
-  const vi is_shape = shared & (hit->corners.p2.x != hit->corners.p2.x);
+  const vi is_shape = shared & is_shape_record(hit->corners);
   if (ANY(is_shape)) {
     const vu index = is_shape ? AS_U(hit->corners.n.x) : (vu)(0u);
     const ShapeView view =

@@ -70,6 +70,8 @@ EK_FN void add_merged_light(const ShadeContext* c, const PathHit* hit, const Sha
     const v3 arriving = scale3(mul3(point->beta, mul3(f, power)), (vf)(frame->photon_weight));
     sum = select3(near, add3(sum, arriving), sum);
     if (EK_HAS_bounce_bins | EK_HAS_light_group) {
+      // The photon was scattered photon_edges - 1 times. The layers count surfaces by the camera path's depth less this number, which
+      // may go below 0 and wraps back there.
       const Contribution light = {.live = near,
                                   .path = point->path,
                                   .null_interface_count = point->interface.null_interface_count - (photon_edges - 1u),

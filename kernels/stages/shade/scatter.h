@@ -15,6 +15,10 @@ enum {
 #define EK_ROULETTE_GAIN 3.0f
 // From this depth on every path may end, because those between perfect mirrors would not otherwise.
 #define EK_ROULETTE_ALWAYS_DEPTH 8u
+#define EK_ROULETTE_MOST 0.95f  // largest probability of survival from that depth on
+
+/// The largest probability of survival at a depth.
+EK_FN vf roulette_most(uint depth) { return (vf)(depth < EK_ROULETTE_ALWAYS_DEPTH ? 1.0f : EK_ROULETTE_MOST); }
 
 /// The continuation of a path after a scattering.
 typedef struct {
@@ -72,7 +76,7 @@ EK_FN vf throughput_survival(const ShadeContext* c, const PathHit* hit, const Sh
                                          ? media_radiance_outside(c->scene, next->medium)
                                          : radiance_returned_outside(point->material, hit->front, next->wi.z < 0.0f));
   // Ending paths that carry more adds more error than it saves rays (kernels/EXPERIMENTS.md).
-  vf survival = min_f(EK_ROULETTE_GAIN * rr_throughput, (vf)(c->depth < EK_ROULETTE_ALWAYS_DEPTH ? 1.0f : 0.95f));
+  vf survival = min_f(EK_ROULETTE_GAIN * rr_throughput, roulette_most(c->depth));
   if (EK_HAS_fixed_roulette) survival = (vf)(c->stage.frame->roulette);
   if (EK_HAS_nested_media) survival = point->interface.skips_depth ? (vf)(1.0f) : survival;
   return survival;

@@ -16,7 +16,8 @@ EK_FN v3 hit_raw_normal(const ShadeContext* c, const PathHit* hit, const HitMate
   return select3(hit->front, n, neg3(n));
 }
 
-/// Mask of the surfaces that reflect.
+/// Mask of the surfaces with a lobe other than Lambert's, or with a coat. Of these usable_normal keeps the mirror direction above the
+/// surface, too.
 EK_FN vi is_glossy(const HitMaterial* material) {
   const vi glossy = material->bsdf.lobes != (1u << LOBE_diffuse);
   return EK_HAS_clearcoat ? glossy | (material->bsdf.clearcoat > 0.0f) : glossy;

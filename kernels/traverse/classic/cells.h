@@ -50,7 +50,7 @@
 #define CELLS_HEADER 16u
 
 typedef struct {
-  float r[3], n[3], f[3];  // as in RayOne, by axis
+  float r[3], n[3], f[3];  // rcp_d, o_near and o_far of RayOne, by axis
   int far;
   float begin, end;  // its interval in the scene's box, which is empty if end is less
 } CellRay;

@@ -20,10 +20,9 @@ typedef struct {
   uint row[BATCH_LIST], child[BATCH_LIST], stack_size[BATCH_LIST];
 } BatchList;
 
-// The rays, by what they are at. The others are words of one list's rays:
-// candidates, next   of `leaf`: the triangles that the pre-test left, as bits; what lies on top of the stack
-// pretested_bits     of `pretested`, the rays whose candidates wait for the whole test: those
-//                    candidates, as bits
+// The rays in flight, in one list for each kind of thing that they are at. The arrays below have a word for each ray of a list:
+// candidates, next   of `leaf`: bits of the triangles that the pre-test left, and the child on top of the ray's stack
+// pretested_bits     of `pretested`: bits of the candidates that wait for the whole test
 typedef struct {
   BatchList node, leaf, pretested, instance;
   uint candidates[BATCH_LIST], next[BATCH_LIST], pretested_bits[BATCH_LIST];

@@ -2,12 +2,9 @@
 // The whole test of a batch's candidates (batch.h): in each lane one ray and one triangle or shape.
 #ifndef EK_BATCH_TEST_H
 #define EK_BATCH_TEST_H
-#include "traverse/wide/wide.h"
+#include "traverse/wide/batch_stack.h"
 
 #if EK_WIDTH > 1
-#ifndef BATCH_SLOTS
-#define BATCH_SLOTS 64
-#endif
 
 // The candidates that the pre-test left of all rays: the ray of row `row` may hit `triangle`.
 typedef struct {
@@ -120,7 +117,7 @@ EK_FN void test_candidates(Geometry geometry, RayOne* rays, const BatchCandidate
   candidate_corners(geometry, &record, instance, stored);
   const v3 a = permute3(stored[0], z_is_x, z_is_y), b = permute3(stored[1], z_is_x, z_is_y), c = permute3(stored[2], z_is_x, z_is_y);
   const Corners_lanes corners = {a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z};
-  const vi is_shape = EK_HAS_shape ? record.p2.x != record.p2.x : (vi)(0);
+  const vi is_shape = EK_HAS_shape ? is_shape_record(record) : (vi)(0);
   TriangleHit_lanes found = {(vi)(0), end, end, end, (vi)(0)};
   if (!EK_HAS_shape || mask_bits(!is_shape) != 0) found = triangle_hit_lanes(&ray, corners);
   if (EK_CULLS(any_hit)) found.hit = found.hit & !culls_lanes(geometry, found.back, record.flags);

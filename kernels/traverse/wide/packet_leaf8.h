@@ -209,8 +209,7 @@ EK_FN void packet_leaf8(Geometry geometry, Packet* p, uint child, const int any_
     if (triangle == EK_NO_HIT) break;
 #if EK_HAS_shape
     if (stored[48 + k] != stored[48 + k]) {
-      // EK_NO_HIT as the instance: at equal t a shape is behind all triangles.
-      packet_keep(p, packet_shape(geometry.scene, p, stored + k, triangle), (vu)(triangle), (vu)(EK_NO_HIT), any_hit);
+      packet_keep(p, packet_shape(geometry.scene, p, stored + k, triangle), (vu)(triangle), (vu)(INSTANCE_SHAPE), any_hit);
       continue;
     }
 #endif
