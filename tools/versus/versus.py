@@ -152,7 +152,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenes", nargs="*", type=pathlib.Path, metavar="SCENE", help=".gltf or .glb")
     parser.add_argument("--out", type=pathlib.Path, required=True, metavar="DIR", help="measurements, plots, index.html")
-    parser.add_argument("--eikon", default="build/eikon", help="the binary (default build/eikon)")
+    parser.add_argument("--eikon", default="build-release/eikon", help="the binary (default build-release/eikon)")
     parser.add_argument("--renderers", default="eikon,mitsuba,mitsuba-multijitter",
                         help=f"of {','.join(RENDERERS)}; default eikon,mitsuba,mitsuba-multijitter")
     parser.add_argument("--size", type=runner.parse_size, metavar="WxH", help="default: the camera's aspect at --rows")
