@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <pthread.h>
 #include <sys/mman.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -13,12 +14,15 @@
 #include <csignal>
 #include <cstdio>
 #include <ctime>
+#include <fstream>
+#include <span>
 #include <system_error>
 
 #include <fmt/format.h>
 
 #include "core/error.h"
 #include "io/text.h"
+#include "io/xxhash64.h"
 
 namespace eikon {
 namespace {
@@ -76,15 +80,31 @@ std::filesystem::path behind_links(const std::filesystem::path& path) {
   return std::filesystem::is_symlink(path, ignored) ? std::filesystem::weakly_canonical(path, ignored) : path;
 }
 
-/// The beginning of a file's temporary names, before the process and a number. File names are 255
-/// bytes at most.
-std::string temporary_prefix(const std::filesystem::path& path) {
-  const std::string name = path.filename().string();
-  return fmt::format(".{}.eikon-", name.substr(0, std::min<std::size_t>(name.size(), 200)));
+/// Names the process ids that this process sees: those of one boot of a machine, in one PID namespace. Empty if the
+/// kernel does not tell.
+const std::string& name_of_process_ids() {
+  static const std::string name = [] {
+    std::string text;
+    std::getline(std::ifstream("/proc/sys/kernel/random/boot_id"), text);
+    struct stat ids {};
+    if (text.empty() || stat("/proc/self/ns/pid", &ids) != 0) return std::string();
+    text += fmt::format(" {}", ids.st_ino);
+    return fmt::format("{:016x}", xxhash64(std::as_bytes(std::span(text)), 0));
+  }();
+  return name;
 }
 
-/// Removes temporary files of this file whose process has ended, as far as it may.
+/// The beginning of a file's temporary names, before the process and a number. File names are 255
+/// bytes at most. Processes of other machines and containers may write the same file, and have other names.
+std::string temporary_prefix(const std::filesystem::path& path) {
+  const std::string name = path.filename().string();
+  return fmt::format(".{}.eikon-{}-", name.substr(0, std::min<std::size_t>(name.size(), 200)), name_of_process_ids());
+}
+
+/// Removes temporary files of this file whose process has ended, as far as it may. Processes that it cannot see may
+/// live, so their files stay.
 void remove_left_behind(const std::filesystem::path& real) {
+  if (name_of_process_ids().empty()) return;
   const std::string prefix = temporary_prefix(real);
   std::error_code error;
   const auto folder = real.has_parent_path() ? real.parent_path() : std::filesystem::path(".");

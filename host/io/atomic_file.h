@@ -19,7 +19,8 @@ inline constexpr const char* kStandardOutput = "-";
 /// the file alone.
 class AtomicFile {
  public:
-  /// Removes what a process that was killed while it wrote the same file has left.
+  /// Removes what a process that was killed while it wrote the same file has left, if it ran on this machine since its
+  /// start and in this PID namespace: whether others live cannot be seen from here.
   /// throws InputError when the folder does not exist or cannot be written, or the path is a folder
   ///        or a device.
   explicit AtomicFile(const std::filesystem::path& path);
