@@ -47,41 +47,28 @@ std::optional<std::size_t> FileTable::find(const fs::path& file) const {
   return std::nullopt;
 }
 
-std::vector<fs::path> inputs_of(const std::string& scene, const std::string& environment) {
-  std::vector<fs::path> files = scene_files(scene);
-  if (!environment.empty()) files.emplace_back(environment);
-  return files;
-}
-
-void require_writable(const std::vector<fs::path>& outputs, const fs::path& input) {
-  std::vector<fs::path> seen;
+void require_writable(const std::vector<fs::path>& outputs, const Inputs& inputs) {
+  std::vector<fs::path> seen, there;  // outputs that are not there replace nothing
+  std::error_code absent;
   for (const fs::path& path : outputs) {
     if (path.empty()) continue;
     const AtomicFile probe(path);  // made under its temporary name, and removed again
     const fs::path real = place_of(path);
-    if (is_same_file(path, input))
-      throw UsageError(fmt::format("cannot write {}: it is the input; choose another name", path.string()));
     if (std::find(seen.begin(), seen.end(), real) != seen.end())
       throw UsageError(
           fmt::format("cannot write {}: two outputs have that name; choose another for one of them", path.string()));
     seen.push_back(real);
+    if (path != kStandardOutput && fs::exists(path, absent)) there.push_back(path);
   }
-}
-
-void refuse_to_replace_inputs(const std::vector<fs::path>& outputs, const std::string& scene,
-                              const std::string& environment, const std::vector<std::string>& parts) {
-  std::error_code absent;
-  std::vector<fs::path> there;  // others replace nothing
-  for (const fs::path& output : outputs)
-    if (!output.empty() && fs::exists(output, absent)) there.push_back(output);
   if (there.empty()) return;
-  FileTable inputs;
-  for (const fs::path& input : inputs_of(scene, environment)) inputs.put(input, 0);
-  for (const std::string& part : parts) inputs.put(part, 0);
+  FileTable read;
+  if (!inputs.scene.empty())
+    for (const fs::path& input : scene_files(inputs.scene)) read.put(input, 0);
+  for (const std::string& input : inputs.files)
+    if (!input.empty()) read.put(input, 0);
   for (const fs::path& output : there)
-    if (inputs.find(output))
-      throw UsageError(
-          fmt::format("cannot write {}: it is an input of the render; choose another name", output.string()));
+    if (read.find(output))
+      throw UsageError(fmt::format("cannot write {}: it is an input; choose another name", output.string()));
 }
 
 }  // namespace eikon

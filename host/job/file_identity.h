@@ -28,19 +28,15 @@ class FileTable {
   std::map<std::string, std::size_t> numbers_;  // by path, and by device and inode
 };
 
-/// The files that a render reads: the scene, the files that it names, and the map `environment`
-/// unless that is empty.
-[[nodiscard]] std::vector<std::filesystem::path> inputs_of(const std::string& scene, const std::string& environment);
+/// What a command reads.
+struct Inputs {
+  std::string scene{};               // with the files that it names; empty: none
+  std::vector<std::string> files{};  // all others; empty names are left out
+};
 
-/// Checks before the work that its outputs can be written. Empty names are left out.
+/// Checks before the work that its outputs can be written, and that they replace no input. Empty names are left out.
 /// throws InputError for an output that cannot be made or replaced; UsageError if two outputs are the same file, or one is
-///        the input
-void require_writable(const std::vector<std::filesystem::path>& outputs, const std::filesystem::path& input);
-
-/// Refuses outputs that a render of the scene reads. Empty names are left out.
-/// parts  files whose samples it takes over
-/// throws UsageError
-void refuse_to_replace_inputs(const std::vector<std::filesystem::path>& outputs, const std::string& scene,
-                              const std::string& environment, const std::vector<std::string>& parts);
+///        an input
+void require_writable(const std::vector<std::filesystem::path>& outputs, const Inputs& inputs);
 
 }  // namespace eikon

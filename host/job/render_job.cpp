@@ -49,9 +49,9 @@ RenderJob::RenderJob(RenderOptions options, Log log, double begin_s)
   read_execution_environment(options_.execution);
   if (!options_.scene.depth_series.empty() && (options_.output == kStandardOutput || options_.png.file == kStandardOutput))
     throw UsageError("--depth-series writes several files: name one with -o and --png instead of standard output");
-  require_writable(options_.outputs(), options_.scene.scene);
-  refuse_to_replace_inputs(options_.outputs(), options_.scene.scene, options_.scene.environment.map,
-                           options_.checkpoint.parts);
+  Inputs inputs{.scene = options_.scene.scene, .files = options_.checkpoint.parts};
+  inputs.files.push_back(options_.scene.environment.map);
+  require_writable(options_.outputs(), inputs);
   if (options_.scene.denoise) denoiser_ = std::make_unique<Denoiser>(options_.execution.threads);
   if (!options_.profile.empty() || !options_.report.empty()) trace_ = std::make_shared<Trace>();
   options_.execution.trace = trace_;

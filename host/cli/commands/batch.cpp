@@ -70,7 +70,7 @@ ExitCode list_jobs(const std::vector<BatchJob>& jobs) {
 
 ExitCode batch_command(BatchOptions options, const std::vector<std::string>& words) {
   receive_signals();
-  require_writable({options.report}, options.jobs);
+  require_writable({options.report}, {.files = {options.jobs}});
   if (!options.report.empty() && options.report != kStandardOutput) options.report = fs::absolute(options.report).string();
   const bool from_pipe = options.jobs == "-";
   const std::string name = from_pipe ? "stdin" : options.jobs;

@@ -141,7 +141,7 @@ void require_comparable(const BenchRaysOptions& options, const PackedScene& scen
 
 ExitCode bench_rays_command(BenchRaysOptions options) {
   read_execution_environment(options.execution);
-  require_writable({options.json}, options.scene.scene);
+  require_writable({options.json}, {.scene = options.scene.scene, .files = {options.scene.environment.map}});
   Prepared prepared = prepare(options.scene, log_unless(true));
   const Settings& settings = prepared.settings;
   const Features features = features_of(*prepared.scene, settings, options.execution);

@@ -234,11 +234,11 @@ nlohmann::json to_json(const Prepared& prepared, const RenderReport& report, con
 }
 
 ExitCode bench_scene_command(const BenchSceneOptions& options) {
-  require_writable({options.json}, options.scene.scene);
+  require_writable({options.json},
+                   {.scene = options.scene.scene, .files = {options.scene.environment.map, options.reference}});
   const Prepared prepared = prepare(options.scene, log_unless(true));
   std::optional<Reference> reference;
   if (!options.reference.empty()) {
-    require_writable({options.json}, options.reference);  // the reference must not be replaced either
     reference = Reference{read_exr(options.reference), read_metadata(options.reference), options.reference};
     require_same_picture(prepared, *reference);
   } else {

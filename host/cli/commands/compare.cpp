@@ -18,7 +18,7 @@ struct CompareOptions {
 };
 
 ExitCode compare_command(const CompareOptions& options) {
-  require_writable({options.png, options.json}, options.reference);
+  require_writable({options.png, options.json}, {.files = {options.test, options.reference}});
   const Image test = read_exr(options.test), reference = read_exr(options.reference);
   const Comparison result = compare_images(test, reference);
   if (!options.png.empty()) write_png(options.png, difference_image(test, reference), 0);

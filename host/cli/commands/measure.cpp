@@ -76,7 +76,7 @@ void print_summary(const MeasureOptions& options, const std::string& name, std::
 ExitCode measure_command(const MeasureOptions& options) {
   Execution execution;
   read_execution_environment(execution);
-  require_writable({options.output}, options.scene.scene);
+  require_writable({options.output}, {.scene = options.scene.scene});
   Scene scene = load_scene(options.scene.scene, options.scene.choice());
   for (const std::string& warning : scene.warnings) log_unless(false)(warning);
   if (options.scene.strict && !scene.out_of_range.empty())

@@ -197,11 +197,8 @@ void write(const MergeOptions& options, const Film& film, Whole& whole, const Pr
 }
 
 ExitCode merge_command(const MergeOptions& options) {
-  require_writable({options.output, options.png.file},
-                   "/");  // a part may be the output, which is replaced at the end
-  for (const std::string& part : options.parts)
-    if (!options.png.file.empty() && is_same_file(options.png.file, part))
-      throw UsageError(fmt::format("cannot write {}: it is one of the parts; choose another name", options.png.file));
+  require_writable({options.output, options.png.file}, {});  // a part may be the output, which is replaced at the end
+  require_writable({options.png.file}, {.files = options.parts});
   std::vector<Part> parts;
   for (const std::string& file : options.parts) {
     Part part = read_header(file);

@@ -78,7 +78,7 @@ std::string to_json(const Measurement& measured) {
 
 ExitCode meter_command(MeterOptions options) {
   receive_signals();
-  require_writable({options.json}, options.scene.scene);
+  require_writable({options.json}, {.scene = options.scene.scene, .files = {options.scene.environment.map}});
   read_execution_environment(options.execution);
   const auto measured = take_reading(options, log_unless(!options.json.empty()), catch_stop_signals());
   if (!measured) return stop_exit_code();

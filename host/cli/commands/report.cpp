@@ -55,11 +55,7 @@ Json read_timeline(const std::string& file) {
 }
 
 ExitCode report_command(const ReportOptions& options) {
-  const std::vector<std::filesystem::path> outputs = {options.output};
-  require_writable(outputs, options.stats);
-  for (const std::string& input : {options.profile, options.image})
-    if (!input.empty() && is_same_file(options.output, input))
-      throw UsageError(fmt::format("cannot write {}: it is an input; choose another name", options.output));
+  require_writable({options.output}, {.files = {options.stats, options.profile, options.image}});
   const Json stats = read_stats(options.stats), timeline = read_timeline(options.profile);
   const Json picture = options.image.empty() ? Json(nullptr) : page_picture(read_exr(options.image));
   const Json look = {{"exposure", 0}, {"tone", name_of(ToneMap::none)}};
