@@ -157,10 +157,12 @@ void check_outputs(std::vector<BatchJob>& jobs, const std::string& name, const s
     if (!environment.empty()) named.push_back(environment);
     for (const std::string& input : named) readers.put(input, number);
     if (!pilot.empty()) readers.put(pilot, number);
-    const auto is_written = [&](const fs::path& input) { return writers.count(input) > 0; };
-    job.after_others =
-        std::ranges::any_of(inputs->second.places, is_written) ||
-        std::ranges::any_of(named, [&](const std::string& input) { return is_written(place_of(input)); });
+    const auto wait_for_writer = [&](const fs::path& input) {
+      const auto writer = writers.find(input);
+      if (writer != writers.end() && writer->second > 0) job.writers.push_back(writer->second - 1);
+    };
+    for (const fs::path& input : inputs->second.places) wait_for_writer(input);
+    for (const std::string& input : named) wait_for_writer(place_of(input));
     for (const fs::path& file : job.options->outputs()) {
       const auto is_file = [&](const std::string& input) { return is_same_file(file, input); };
       if (inputs->second.files.find(file) || std::ranges::any_of(named, is_file))

@@ -24,7 +24,7 @@ struct BatchJob {
   std::vector<std::string> words{};        // those that follow `eikon render`
   std::optional<RenderOptions> options{};  // nullopt: the line does not parse
   double cost = 0;                         // pixels times samples, roughly
-  bool after_others = false;               // reads a file that a job before it writes
+  std::vector<std::size_t> writers{};      // indices of the jobs before it that write what it reads
   int attempts = 0;
 
   JobState state = JobState::waiting;
@@ -50,7 +50,7 @@ using ParseRender = std::function<RenderOptions(std::vector<std::string>)>;
 /// "jobs.txt:3", "jobs.txt:3, frame 12", or without a jobs file "line 3" or "frame 12", for messages.
 [[nodiscard]] std::string label_of(const BatchJob& job, const std::string& jobs_file = {});
 
-/// Checks that the jobs' outputs do not collide, and sets `after_others`.
+/// Checks that the jobs' outputs do not collide, and sets `writers`.
 /// name      the name of the jobs file, for messages
 /// reserved  files that no job may write: the jobs file, the ledger
 /// throws UsageError if two jobs write the same file, or a job writes a reserved file or one that

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <future>
 #include <new>
 #include <thread>
@@ -121,13 +122,33 @@ BatchJob* BatchRun::take_ahead() {
   return !stop_ && waiting_.size() > idle_ && may_begin() ? take_first() : nullptr;
 }
 
-bool BatchRun::may_begin() const { return !waiting_.front()->after_others || in_hand_ == 0; }
+bool BatchRun::may_begin() const { return waiting_.front()->writers.empty() || in_hand_ == 0; }
 
 BatchJob* BatchRun::take_first() {
   BatchJob* const job = waiting_.front();
   waiting_.pop_front();
   ++in_hand_;
   return job;
+}
+
+/// Puts a job at the end of the queue, and behind it those that read what it or they write.
+void BatchRun::put_last(BatchJob& job) {
+  std::set<const BatchJob*> moved = {&job};
+  std::deque<BatchJob*> others, last = {&job};
+  for (BatchJob* const other : waiting_) {
+    const bool reads = std::ranges::any_of(other->writers, [&](std::size_t i) { return moved.count(&jobs_[i]) > 0; });
+    if (reads) moved.insert(other);
+    (reads ? last : others).push_back(other);
+  }
+  others.insert(others.end(), last.begin(), last.end());
+  waiting_ = std::move(others);
+}
+
+/// A job that did not write what this one reads, or nullptr. To be called while no other job is in hand.
+const BatchJob* BatchRun::failed_writer(const BatchJob& job) const {
+  for (const std::size_t writer : job.writers)
+    if (jobs_[writer].state != JobState::done && jobs_[writer].state != JobState::skipped) return &jobs_[writer];
+  return nullptr;
 }
 
 bool BatchRun::is_last() {
@@ -185,7 +206,21 @@ void BatchRun::log_once(const BatchJob& job, const std::string& line) {
   progress_.log(fmt::format("{}: {}", place(job), line));
 }
 
+void BatchRun::log_failure(const BatchJob& job, const std::string& line) {
+  if (job.frame)
+    log_once(job, line);  // what is wrong with one frame is often wrong with all
+  else
+    progress_.log(fmt::format("{}: {}", place(job), line));
+}
+
 void BatchRun::prepare(Worker& worker, JobInHand& current) {
+  if (const BatchJob* const writer = failed_writer(current.job)) {
+    current.job.code = ExitCode::input;
+    current.job.message = fmt::format("not rendered: it reads what {} writes, which {}; mend that one first",
+                                      place(*writer), writer->state == JobState::failed ? "failed" : "did not end");
+    log_failure(current.job, current.job.message);
+    return close(current, JobState::failed);
+  }
   const RenderOptions& options = *current.job.options;
   current.scene = digest_scene_files(options.scene.scene);
   const Digest environment = digest_environment(options.scene.environment.map);
@@ -313,11 +348,7 @@ void BatchRun::fail(JobInHand& current) {
   // A retry does not help against usage errors, nor where the image is there but not as asked.
   const bool again =
       job.attempts <= settings_.retries && job.code != ExitCode::usage && job.code != ExitCode::not_as_asked && !stop_;
-  const std::string line = job.message + (again ? "; it will be tried again" : "");
-  if (job.frame)
-    log_once(job, line);  // what is wrong with one frame is often wrong with all
-  else
-    progress_.log(fmt::format("{}: {}", place(job), line));
+  log_failure(job, job.message + (again ? "; it will be tried again" : ""));
   if (!again) return close(current, JobState::failed);
   job.seconds += host_seconds() - current.begin_s;
   job.code = ExitCode::done;
@@ -326,7 +357,7 @@ void BatchRun::fail(JobInHand& current) {
   current.over = true;
   current.render.reset();
   const std::lock_guard lock(mutex_);
-  waiting_.push_back(&job);
+  put_last(job);
   --in_hand_;
   changed_.notify_all();
 }

@@ -58,6 +58,8 @@ class BatchRun {
   BatchJob* take_ahead();
   [[nodiscard]] bool may_begin() const;
   BatchJob* take_first();
+  void put_last(BatchJob& job);
+  [[nodiscard]] const BatchJob* failed_writer(const BatchJob& job) const;
   [[nodiscard]] bool is_last();
   std::unique_ptr<JobInHand> prepare_ahead(Worker& worker, BatchJob& job);
   void prepare(Worker& worker, JobInHand& current);
@@ -70,6 +72,7 @@ class BatchRun {
   void note(const LedgerEntry& entry, bool sync);
   [[nodiscard]] LedgerEntry entry_of(const JobInHand& current, const char* state) const;
   void log_once(const BatchJob& job, const std::string& line);
+  void log_failure(const BatchJob& job, const std::string& line);
   [[nodiscard]] std::string place(const BatchJob& job) const;
 };
 

@@ -38,6 +38,42 @@ TEST(BatchInputs, a_texture_that_an_earlier_job_writes_is_waited_for) {
   EXPECT_EQ(states(here.eikon("batch jobs")), (States{{1, "skipped"}, {2, "skipped"}}));
 }
 
+TEST(BatchInputs, a_job_that_reads_what_a_failed_one_should_have_written_is_not_rendered) {
+  const Workplace here;
+  copy_scene(here, "cornell.gltf");
+  copy_scene(here, "cornell.gltf", "first.gltf");
+  here.write("jobs", fmt::format("render first.gltf -o 1.exr {0}\n"
+                                 "render cornell.gltf --env 1.exr -o 2.exr {0}\n"
+                                 "render cornell.gltf -o 3.exr {0}\n"
+                                 "render cornell.gltf --env 2.exr -o 4.exr {0}\n",
+                                 kSmall));
+  ASSERT_TRUE(succeeded(here.eikon("batch jobs")));
+  const std::string before = read_bytes(here / "2.exr");
+  here.write("first.gltf", "no scene");
+  const Outcome outcome = here.eikon("batch jobs --retry 1 --force");
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_EQ(states(outcome), (States{{1, "failed"}, {2, "failed"}, {3, "done"}, {4, "failed"}})) << outcome.out;
+  EXPECT_TRUE(contains(outcome.err, "jobs:2: not rendered: it reads what jobs:1 writes, which failed") &&
+              contains(outcome.err, "jobs:4: not rendered: it reads what jobs:2 writes, which failed"))
+      << outcome.err;
+  EXPECT_EQ(read_bytes(here / "2.exr"), before);
+  copy_scene(here, "cornell.gltf", "first.gltf");
+  EXPECT_EQ(states(here.eikon("batch jobs")), (States{{1, "done"}, {2, "done"}, {3, "skipped"}, {4, "done"}}));
+}
+
+TEST(BatchInputs, a_job_waits_for_the_second_try_of_what_it_reads) {
+  const Workplace here;
+  copy_scene(here, "cornell.gltf");
+  here.write("jobs", fmt::format("render cornell.gltf -o 1.exr {0}\n"
+                                 "render cornell.gltf --env 1.exr -o 2.exr {0}\n"
+                                 "render cornell.gltf -o 3.exr {0}\n",
+                                 std::string(kSmall) + " --devices cpu"));
+  const Outcome outcome = here.eikon("batch jobs --retry 1", "EIKON_FAULT=device:0:times=3");
+  EXPECT_TRUE(succeeded(outcome));
+  EXPECT_TRUE(contains(outcome.err, "jobs:1: ") && contains(outcome.err, "tried again")) << outcome.err;
+  EXPECT_EQ(states(outcome), (States{{1, "done"}, {2, "done"}, {3, "done"}})) << outcome.out;
+}
+
 TEST(BatchInputs, no_job_writes_what_it_or_an_earlier_one_reads) {
   const Workplace here;
   copy_textured(here);
