@@ -70,10 +70,30 @@ void BatchRun::run() {
   for (std::size_t i = 0; i < count; ++i) workers.emplace_back(budget, known);
   idle_ = count;
   std::vector<std::jthread> threads;
-  for (Worker& worker : workers) threads.emplace_back([&] { work(worker); });
+  try {
+    for (Worker& worker : workers) threads.emplace_back([&] { work(worker); });
+  } catch (...) {
+    end_early(std::current_exception());
+  }
+  for (std::jthread& thread : threads) thread.join();
+  if (failure_ != nullptr) std::rethrow_exception(failure_);
 }
 
 void BatchRun::work(Worker& worker) {
+  try {
+    work_on_jobs(worker);
+  } catch (...) {  // it would end the process
+    end_early(std::current_exception());
+  }
+}
+
+void BatchRun::end_early(std::exception_ptr failure) {
+  const std::lock_guard lock(mutex_);
+  if (failure_ == nullptr) failure_ = std::move(failure);
+  changed_.notify_all();
+}
+
+void BatchRun::work_on_jobs(Worker& worker) {
   const auto begin_to_prepare = [&](BatchJob* job) {
     return job == nullptr
                ? std::future<std::unique_ptr<JobInHand>>()
@@ -104,7 +124,7 @@ BatchJob* BatchRun::take(Worker& worker) {
   std::unique_lock lock(mutex_);
   idle_ += worker.busy ? 1 : 0;
   worker.busy = false;
-  while (!stop_ && !waiting_.empty()) {
+  while (!stop_ && failure_ == nullptr && !waiting_.empty()) {
     if (may_begin()) {
       worker.busy = true;
       --idle_;
@@ -119,7 +139,7 @@ BatchJob* BatchRun::take(Worker& worker) {
 /// has to wait for others, or if an idle worker can take it.
 BatchJob* BatchRun::take_ahead() {
   const std::lock_guard lock(mutex_);
-  return !stop_ && waiting_.size() > idle_ && may_begin() ? take_first() : nullptr;
+  return !stop_ && failure_ == nullptr && waiting_.size() > idle_ && may_begin() ? take_first() : nullptr;
 }
 
 bool BatchRun::may_begin() const { return waiting_.front()->writers.empty() || in_hand_ == 0; }

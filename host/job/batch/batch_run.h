@@ -5,6 +5,7 @@
 #include <atomic>
 #include <condition_variable>
 #include <deque>
+#include <exception>
 #include <memory>
 #include <mutex>
 #include <set>
@@ -30,6 +31,7 @@ class BatchRun {
   BatchRun(std::vector<BatchJob>& jobs, const BatchSettings& settings, Ledger& ledger, BatchProgress& progress,
            const std::atomic<bool>& stop);
   /// Returns when every job is over or, after `stop`, the running ones have ended.
+  /// throws what ended a worker, such as a thread that cannot be started; the other workers have then ended too
   void run();
   /// True if every event could be written to the ledger.
   [[nodiscard]] bool ledger_is_whole() const { return ledger_is_whole_; }
@@ -51,9 +53,12 @@ class BatchRun {
   std::size_t in_hand_ = 0;
   std::size_t idle_ = 0;  // workers without a job, including those that have not asked for one yet
   bool ledger_is_whole_ = true;
+  std::exception_ptr failure_;  // the first that ended a worker; no job begins after it
   std::set<std::string> said_;  // notes so far: one about a scene is printed for its first job only
 
   void work(Worker& worker);
+  void work_on_jobs(Worker& worker);
+  void end_early(std::exception_ptr failure);
   BatchJob* take(Worker& worker);
   BatchJob* take_ahead();
   [[nodiscard]] bool may_begin() const;
