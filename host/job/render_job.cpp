@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <unistd.h>
 
 #include <nlohmann/json.hpp>
 
@@ -15,6 +14,7 @@
 #include "job/report/trace_file.h"
 #include "job/report/write_report.h"
 #include "io/atomic_file.h"
+#include "io/private_folder.h"
 #include "io/text.h"
 #include "render/error_curve.h"
 #include "film/layers.h"
@@ -109,16 +109,15 @@ double RenderJob::finish_seconds(const Film& film) {
 }
 
 void RenderJob::write_trial(const Film& film) {
-  std::error_code none;
-  const std::filesystem::path folder = std::filesystem::temp_directory_path(none);
-  if (folder.empty()) return;
-  const auto write_and_remove = [&](const char* ending, const auto& write) {
-    const std::filesystem::path file = folder / fmt::format("eikon.{}.trial{}", getpid(), ending);
+  const auto write_and_remove = [](const char* ending, const auto& write) {
+    std::filesystem::path folder;
     try {
-      write(file);
+      folder = make_private_folder("eikon_trial");
+      write(folder / fmt::format("trial{}", ending));
     } catch (const InputError&) {  // the estimate is then too small, and the render goes on
     }
-    std::filesystem::remove(file, none);
+    std::error_code none;
+    if (!folder.empty()) std::filesystem::remove_all(folder, none);
   };
   (void)film.predicted_error();
   if (!options_.stats.empty()) (void)film.mean_radiance();
@@ -258,13 +257,14 @@ std::string RenderJob::keep_elsewhere(ExrOptions exr) {
   exr.half = false;
   exr.denoised = nullptr;
   exr.exact_sums = true;
-  std::error_code none;
-  const std::filesystem::path folder = std::filesystem::temp_directory_path(none);
-  if (folder.empty()) return "";
-  const std::filesystem::path file = folder / fmt::format("{}.{}.exr", output_.stem().string(), getpid());
+  std::filesystem::path folder, file;
   try {
+    folder = make_private_folder("eikon_kept");
+    file = folder / fmt::format("{}.exr", output_.stem().string());
     write_exr(file, done_->film, describe_render(prepared_, *done_, error_), exr);
   } catch (const InputError&) {
+    std::error_code none;
+    if (!folder.empty()) std::filesystem::remove(folder, none);
     return "";
   }
   return fmt::format("; what is done was kept in \"{}\": --checkpoint {} --resume goes on from it", file.string(),

@@ -2,13 +2,13 @@
 #include "view/server/dropped_files.h"
 
 #include <fmt/format.h>
-#include <stdlib.h>
 
 #include <algorithm>
 #include <string_view>
 #include <system_error>
 
 #include "core/error.h"
+#include "io/private_folder.h"
 
 namespace eikon {
 namespace {
@@ -39,12 +39,7 @@ DroppedFiles::Incoming DroppedFiles::begin(const std::string& name) {
   check_name(name);
   const std::lock_guard lock(mutex_);
   std::error_code error;
-  if (folder_.empty()) {
-    std::string pattern = (std::filesystem::temp_directory_path(error) / "eikon_view_XXXXXX").string();
-    if (error || mkdtemp(pattern.data()) == nullptr)
-      throw InputError("view: no folder for temporary files can be made; TMPDIR names one");
-    folder_ = pattern;
-  }
+  if (folder_.empty()) folder_ = make_private_folder("eikon_view");
   const std::filesystem::path own = folder_ / std::to_string(++count_);
   std::filesystem::create_directory(own, error);
   Incoming incoming{.path = own / name, .file = std::ofstream(own / name, std::ios::binary)};

@@ -69,13 +69,19 @@ TEST(Keep, a_picture_that_does_not_fit_on_its_disk_is_kept_where_it_does) {
   const Outcome full = on_small_disk(here, "8k", "TMPDIR=$PWD/temporary " + render);
   EXPECT_TRUE(refused(full, 3)) << full.out;
   std::vector<std::filesystem::path> kept;
-  for (const auto& entry : std::filesystem::directory_iterator(here / "temporary")) kept.push_back(entry.path());
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(here / "temporary"))
+    if (entry.is_regular_file()) kept.push_back(entry.path());
   ASSERT_EQ(kept.size(), 1U);
+  // Others can write into the folder of temporary files, where a name that they guess may be a link of theirs.
+  const std::filesystem::path folder = kept[0].parent_path();
+  EXPECT_NE(folder, here / "temporary");
+  EXPECT_EQ(std::filesystem::status(folder).permissions(), std::filesystem::perms::owner_all);
   EXPECT_TRUE(contains(full.err, "disk/out.exr") && contains(full.err, "No space left") &&
               contains(full.err, "kept in \"" + kept[0].string() + "\""))
       << full.err;
   std::filesystem::rename(kept[0], here / "kept.exr");
   expect_goes_on(here, "kept.exr");
+  std::filesystem::remove(folder);
 
   // Nowhere: a line, and nothing is left.
   const Outcome nowhere = on_small_disk(here, "8k", "TMPDIR=$PWD/disk " + render);
