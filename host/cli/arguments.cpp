@@ -61,8 +61,9 @@ std::uint64_t parse_size_bytes(const std::string& flag, const std::string& text)
   for (char& c : unit) c = char(std::tolower(static_cast<unsigned char>(c)));
   if (unit.ends_with('b')) unit.pop_back();
   if (unit.size() == 2 && unit[1] == 'i') unit.pop_back();
-  const std::size_t power = unit.empty() ? 0 : 1 + std::string_view("kmgtpe").find(unit);
-  const bool is_unit = unit.size() <= 1 && power <= 6;
+  const std::size_t found = std::string_view("kmgtpe").find(unit);
+  const std::size_t power = unit.empty() ? 0 : 1 + found;
+  const bool is_unit = unit.size() <= 1 && found != std::string_view::npos;
   if (!number || *number == 0 || !is_unit || *number > std::numeric_limits<std::uint64_t>::max() >> (10 * power))
     throw UsageError(fmt::format("{}: takes a size above 0, such as 512M or 4G, not {}", flag, text));
   return *number << (10 * power);

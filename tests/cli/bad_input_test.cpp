@@ -112,6 +112,7 @@ TEST(BadInput, flags_that_make_no_sense_are_usage_errors) {
                             "--spp 0",
                             "--spp -1",
                             "--spp many",
+                            "--memory 4x",
                             "--no-such-flag",
                             "--aov beauty",
                             "--env 1,2",
