@@ -31,6 +31,7 @@
 #include "job/report/metadata.h"
 #include "io/atomic_file.h"
 #include "io/json_dump.h"
+#include "io/text.h"
 #include "job/file_identity.h"
 #include "job/report/result_lines.h"
 
@@ -68,9 +69,24 @@ bool same_matrix(const std::vector<double>& a, const std::vector<double>& b) {
                     [](double x, double y) { return std::abs(x - y) <= 1e-6 * (1 + std::abs(x)); });
 }
 
+/// Checks by its header that the reference is made of other samples: the same ones would hide their error.
+/// throws UsageError if it is not; InputError if the header does not say which samples those are
+void require_other_samples(const Settings& settings, const Reference& reference) {
+  const auto seed = reference.metadata.numbers.find("seed");
+  const auto range = reference.metadata.strings.find("sampleRange");
+  if (seed == reference.metadata.numbers.end() || range == reference.metadata.strings.end()) return;
+  const std::vector<std::string> ends = split(range->second, ':');
+  const auto begin = number_in<std::uint64_t>(ends.front()), end = number_in<std::uint64_t>(ends.back());
+  if (ends.size() != 2 || !begin || !end)
+    throw InputError(fmt::format("{}: its sampleRange is {}, not BEGIN:END; give a picture as eikon wrote it",
+                                 reference.path, in_quotes(range->second)));
+  if (seed->second == settings.seed && std::max(settings.sample_begin, *begin) < std::min(settings.sample_end, *end))
+    throw UsageError(fmt::format("{}: the reference is made of the same samples, seed {}: give another --seed",
+                                 reference.path, settings.seed));
+}
+
 /// Checks by its header that the reference is the picture that is rendered.
-/// throws InputError if it is not; UsageError if it is made of the same samples, and would hide
-/// their error
+/// throws InputError if it is not
 void require_same_picture(const Prepared& prepared, const Reference& reference) {
   const Settings& settings = prepared.settings;
   if (reference.image.width != settings.crop.width() || reference.image.height != settings.crop.height())
@@ -102,15 +118,6 @@ void require_same_picture(const Prepared& prepared, const Reference& reference) 
       throw InputError(fmt::format("{}: the reference shows another picture: its camera stands or looks otherwise ({})",
                                    reference.path, key));
   }
-  const auto seed = reference.metadata.numbers.find("seed");
-  const auto range = reference.metadata.strings.find("sampleRange");
-  if (seed == reference.metadata.numbers.end() || range == reference.metadata.strings.end()) return;
-  const std::vector<std::string> ends = split(range->second, ':');
-  if (seed->second == settings.seed && ends.size() == 2 &&
-      std::max(settings.sample_begin, std::uint64_t(std::stoull(ends[0]))) <
-          std::min(settings.sample_end, std::uint64_t(std::stoull(ends[1]))))
-    throw UsageError(fmt::format("{}: the reference is made of the same samples, seed {}: give another --seed",
-                                 reference.path, settings.seed));
 }
 
 nlohmann::json to_json(const Point& point, std::uint64_t pixels) {
@@ -241,6 +248,7 @@ ExitCode bench_scene_command(const BenchSceneOptions& options) {
   if (!options.reference.empty()) {
     reference = Reference{read_exr(options.reference), read_metadata(options.reference), options.reference};
     require_same_picture(prepared, *reference);
+    require_other_samples(prepared.settings, *reference);
   } else {
     fmt::print(stderr, "eikon: no --ref: the error is the one that the render predicts of itself\n");
   }

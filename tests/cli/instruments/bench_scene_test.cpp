@@ -141,6 +141,12 @@ TEST(BenchScene, files_that_cannot_be_are_refused_before_the_work) {
   const Workplace here;
   make_reference(here);
   here.write("text.exr", "no picture");
+  std::string bytes = read_bytes(here / "ref.exr");
+  bytes.at(bytes.find("0:256", bytes.find("sampleRange"))) = 'x';
+  here.write("range.exr", bytes);
+  const Outcome range = here.eikon(bench("--spp 1 --ref range.exr"));
+  EXPECT_TRUE(refused(range, 3));
+  EXPECT_TRUE(contains(range.err, "sampleRange is 'x:256'")) << range.err;
   EXPECT_TRUE(refused(here.eikon(bench("--spp 1 --ref none.exr")), 3));
   EXPECT_TRUE(refused(here.eikon(bench("--spp 1 --ref text.exr")), 3));
   EXPECT_TRUE(refused(here.eikon(bench("--spp 1 --ref ref.exr --json no/such/e.json")), 3));
