@@ -81,17 +81,16 @@ LedgerOutput describe_output(const std::filesystem::path& path) {
           .hash = fmt::format("{:016x}", xxhash64(bytes.span(), 0))};
 }
 
-Ledger::Ledger(std::filesystem::path path) : path_(std::move(path)) {
+Ledger::Ledger(std::filesystem::path path, std::string advice) : path_(std::move(path)), advice_(std::move(advice)) {
   if (path_.empty()) return;
   descriptor_ = open(path_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | O_NONBLOCK, 0666);
-  if (descriptor_ < 0)
-    fail(path_, fmt::format("cannot open the ledger: {}; choose another with --ledger", std::strerror(errno)));
+  if (descriptor_ < 0) fail(path_, fmt::format("cannot open the ledger: {}; {}", std::strerror(errno), advice_));
   try {
     struct stat found {};
     if (fstat(descriptor_, &found) != 0 || !S_ISREG(found.st_mode))
-      fail(path_, "the ledger is not a regular file; choose another with --ledger");
+      fail(path_, "the ledger is not a regular file; " + advice_);
     if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
-      fail(path_, "another batch is at work with this ledger; wait for it, or choose another with --ledger");
+      fail(path_, "another batch is at work with this ledger; wait for it, or " + advice_);
     read();
   } catch (...) {
     close(descriptor_);
@@ -121,7 +120,7 @@ void Ledger::read() {
       ++unreadable_;
   }
   if (unreadable_ > 0 && last_.empty())
-    fail(path_, "this is no ledger of a batch, and nothing was added to it; choose another file with --ledger");
+    fail(path_, "this is no ledger of a batch, and nothing was added to it; " + advice_);
 }
 
 void Ledger::remember(const LedgerEntry& entry) {

@@ -49,8 +49,9 @@ struct LedgerEntry {
 class Ledger {
  public:
   /// Reads and locks the file. With an empty path, the ledger lasts only as long as the process.
+  /// advice  what to do where this file cannot be the ledger, for messages
   /// throws InputError when it cannot be read or written, or another process has it
-  explicit Ledger(std::filesystem::path path);
+  explicit Ledger(std::filesystem::path path, std::string advice = "choose another with --ledger");
   ~Ledger();
   Ledger(const Ledger&) = delete;
   Ledger& operator=(const Ledger&) = delete;
@@ -67,6 +68,7 @@ class Ledger {
 
  private:
   std::filesystem::path path_;
+  std::string advice_;
   int descriptor_ = -1;
   bool torn_ = false;  // the file does not end with a whole line
   std::size_t unreadable_ = 0;

@@ -8,6 +8,7 @@
 
 #include "core/clock.h"
 #include "io/atomic_file.h"
+#include "job/sequence/frames.h"
 #include "job/stop_signals.h"
 #include "page/report_page.h"
 
@@ -18,12 +19,14 @@ namespace fs = std::filesystem;
 
 bool failed(const BatchJob& job) { return job.state == JobState::failed; }
 
+/// The ledger stands beside the images, or where each has a folder of its own, above those.
 fs::path ledger_of_frames(const std::string& output) {
   const fs::path file(output);
+  fs::path folder = file.parent_path();
+  while (has_number(folder.string())) folder = folder.parent_path();
   std::string name = file.stem().string();
   name = name.substr(0, name.find('%'));
-  return file.parent_path() /
-         (name + (name.empty() || name.back() == '_' || name.back() == '.' ? "" : "_") + "frames.ledger");
+  return folder / (name + (name.empty() || name.back() == '_' || name.back() == '.' ? "" : "_") + "frames.ledger");
 }
 
 std::string page_of(const std::vector<BatchJob>& jobs, const std::string& name, const std::string& command,
@@ -52,7 +55,7 @@ std::string page_of(const std::vector<BatchJob>& jobs, const std::string& name, 
 
 ExitCode run_jobs(std::vector<BatchJob>& jobs, const BatchSettings& settings, const fs::path& ledger_file,
                   const BatchDisplay& display) {
-  Ledger ledger(ledger_file);
+  Ledger ledger(ledger_file, settings.name.empty() ? "choose another folder with -o" : "choose another with --ledger");
   BatchProgress progress(jobs, !display.quiet && display.progress == "bar", display.progress == "openjd");
   if (ledger.unreadable() > 0)
     progress.log(fmt::format("{}: {} lines cannot be read and do not count: their jobs run again", ledger_file.string(),

@@ -24,7 +24,8 @@ struct BatchDisplay {
                                 const std::filesystem::path& ledger, const BatchDisplay& display);
 
 /// Renders the frames that `options` ask for, each as a job of its own. Those that are done already are skipped.
-/// The ledger stands beside the images: walk_%04d.exr has walk_frames.ledger.
+/// The ledger stands beside the images: walk_%04d.exr has walk_frames.ledger,
+/// and walk/%04d/a.exr has walk/a_frames.ledger.
 /// throws UsageError: names without a place for the frame's number, or that collide; InputError as run_jobs
 [[nodiscard]] ExitCode run_frames(const RenderOptions& options, const ParseRender& parse);
 

@@ -73,6 +73,18 @@ TEST(Sequence, frames_have_the_same_bits_whatever_tree_is_refitted_to_them) {
   }
 }
 
+TEST(Sequence, a_folder_for_each_frame_has_the_ledger_beside_the_folders) {
+  const Workplace here;
+  for (const char* folder : {"shots/0/a", "shots/1/a"}) std::filesystem::create_directories(here / folder);
+  const std::string command = arm("-o shots/%d/a/still.exr --frames 0:1");
+  EXPECT_EQ(states(here.eikon(command)), (States{{0, "done"}, {1, "done"}}));
+  EXPECT_TRUE(std::filesystem::exists(here / "shots/still_frames.ledger"));
+  EXPECT_EQ(states(here.eikon(command)), (States{{0, "skipped"}, {1, "skipped"}}));
+  const Outcome nowhere = here.eikon(arm("-o none/%d.exr --frames 0:1"));
+  EXPECT_TRUE(refused(nowhere, kInput));
+  EXPECT_TRUE(contains(nowhere.err, "-o") && !contains(nowhere.err, "--ledger")) << nowhere.err;
+}
+
 TEST(Sequence, goes_on_after_a_kill) {
   const Workplace here;
   const std::string command = arm("-o arm_%04d.exr --frames 0:15", 8192);
