@@ -16,7 +16,7 @@ TEST(Commands, names_of_files_cannot_rewrite_the_terminal) {
   const Workplace here;
   std::filesystem::copy_file(scene("furnace.gltf"), here / "evil\x1b[2J.gltf");
   const std::string render = "render 'evil\x1b[2J.gltf' --devices cpu --size 4x4 --spp 2 --quiet ";
-  here.write("jobs.txt", "render nothing.gltf -o 'evil\x1b[2J.exr'\n");
+  here.write("jobs.txt", "render nothing.gltf -o 'evil\x1b[2J.exr'\nrender 'evil\x1b[2J.gltf' --no-such-flag\n");
   const std::string info = "info 'evil\x1b[2J.gltf'", merge = "merge 'part\x1b[2J.exr' -o 'all\x1b[2J.exr'";
   for (const std::string& command :
        {info, render + "-o 'out\x1b[2J.exr'", render + "--samples 0:1 -o 'part\x1b[2J.exr'", merge,

@@ -69,7 +69,7 @@ void BatchProgress::draw() {
   std::string names;
   for (const auto& [job, fraction] : in_hand_) {
     now += job->cost * fraction;
-    names += (names.empty() ? "" : ", ") + job->options->exr().filename().string();
+    names += (names.empty() ? "" : ", ") + printable(job->options->exr().filename().string());
   }
   const double done = total_ > 0 ? (over_ + now) / total_ : 1;
   const double seconds = host_seconds() - begin_s_;
@@ -108,7 +108,7 @@ void print_summary(const std::vector<BatchJob>& jobs, double seconds) {
                job.seconds > 0 ? fmt::format("{:.2f}", job.seconds) : "-",
                rendered ? fmt::format("{:.2f}", 1e-6 * double(job.samples) / job.render_s) : "-",
                job.relmse ? fmt::format("{:.3e}", *job.relmse) : "-",
-               job.options ? printable(job.options->exr().string()) : shortened(job.text),
+               job.options ? printable(job.options->exr().string()) : printable(shortened(job.text)),
                job.message.empty() ? "" : (job.options || !job.text.empty() ? ": " : "") + printable(job.message));
   }
   std::string line;
