@@ -82,6 +82,7 @@ TEST_F(Merge, gaps_are_said_with_the_flags_that_fill_them) {
   const Outcome outcome = merge("b.exr a.exr", "out.exr");
   EXPECT_EQ(outcome.code, 1);
   EXPECT_TRUE(contains(outcome.out, "with gaps")) << outcome.out;
+  EXPECT_EQ(here.shell(Workplace::binary() + " merge b.exr a.exr -o out.exr 2>/dev/full").code, 1);
   EXPECT_EQ(read_exr(here / "out.exr").metadata.at("samples"), std::to_string(24 * 20 * 3 + 24 * 10 * 3));
   std::string parts = "out.exr";
   int count = 0;

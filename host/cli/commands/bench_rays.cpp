@@ -18,6 +18,7 @@
 #include "device/device.h"
 #include "job/prepare.h"
 #include "io/atomic_file.h"
+#include "io/json_dump.h"
 #include "job/file_identity.h"
 #include "pack/geometry/placed_meshes.h"
 #include "pack/pack.h"
@@ -158,7 +159,7 @@ ExitCode bench_rays_command(BenchRaysOptions options) {
     for (const DeviceInfo& info : select_devices(options.execution.devices, options.execution.threads))
       bench_device(bench, info);
   }
-  if (!options.json.empty()) write_text(options.json, bench.rows.dump(2) + "\n");
+  if (!options.json.empty()) write_text(options.json, dump_json(bench.rows, 2) + "\n");
   return ExitCode::done;
 }
 

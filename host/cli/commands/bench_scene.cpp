@@ -28,6 +28,7 @@
 #include "image/image.h"
 #include "instruments/power_law.h"
 #include "job/goal.h"
+#include "job/log.h"
 #include "job/report/metadata.h"
 #include "io/atomic_file.h"
 #include "io/json_dump.h"
@@ -250,7 +251,7 @@ ExitCode bench_scene_command(const BenchSceneOptions& options) {
     require_same_picture(prepared, *reference);
     require_other_samples(prepared.settings, *reference);
   } else {
-    fmt::print(stderr, "eikon: no --ref: the error is the one that the render predicts of itself\n");
+    print_to_stderr("eikon: no --ref: the error is the one that the render predicts of itself\n");
   }
   fmt::print("{:>9} {:>11} {:>11} {:>11} {:>11} {:>12} {:>11}\n", "spp", "relMSE", "predicted", "seconds", "from start",
              "Msamples/s", "1/(err s)");
@@ -272,10 +273,10 @@ ExitCode bench_scene_command(const BenchSceneOptions& options) {
   if (!reference) return ExitCode::done;
   const Comparison& last = *results.points.back().measured;
   if (const auto error = own_error(reference); error && last.relmse < 10 * *error)
-    fmt::print(stderr, "eikon: the reference's own relMSE is {:.1e}: errors below {:.0e} are partly its noise\n", *error,
-               10 * *error);
+    print_to_stderr("eikon: the reference's own relMSE is {:.1e}: errors below {:.0e} are partly its noise\n", *error,
+                    10 * *error);
   if (last.nonfinite == 0) return ExitCode::done;
-  fmt::print(stderr, "eikon: {} values of render or reference are not finite and were left out\n", last.nonfinite);
+  print_to_stderr("eikon: {} values of render or reference are not finite and were left out\n", last.nonfinite);
   return ExitCode::not_as_asked;
 }
 

@@ -9,6 +9,7 @@
 #include "cli/commands.h"
 #include "cli/flags.h"
 #include "job/file_identity.h"
+#include "job/log.h"
 #include "job/report/metadata.h"
 #include "job/report/result_lines.h"
 #include "film/exr/film_file.h"
@@ -151,13 +152,13 @@ bool print_gaps(const Whole& whole, const std::string& output) {
   if (gaps.empty()) return true;
   std::uint64_t count = 0;
   for (const WorkUnit& gap : gaps) count += gap.path_count();
-  fmt::print(stderr, "eikon: {} samples are missing between those of the parts; these flags render them:\n", count);
+  print_to_stderr("eikon: {} samples are missing between those of the parts; these flags render them:\n", count);
   for (std::size_t i = 0; i < std::min(gaps.size(), kMostLines); ++i)
-    fmt::print(stderr, "eikon:   --samples {}:{}{}\n", gaps[i].sample_begin, gaps[i].sample_end,
-               crop_flag(gaps[i].block, whole.layout));
-  if (gaps.size() > kMostLines) fmt::print(stderr, "eikon:   and {} more\n", gaps.size() - kMostLines);
-  fmt::print(stderr, "eikon: or all at once: --checkpoint {} --resume --samples {}:{}{}\n", printable(output), begin, end,
-             crop_flag(whole.layout.crop, whole.layout));
+    print_to_stderr("eikon:   --samples {}:{}{}\n", gaps[i].sample_begin, gaps[i].sample_end,
+                    crop_flag(gaps[i].block, whole.layout));
+  if (gaps.size() > kMostLines) print_to_stderr("eikon:   and {} more\n", gaps.size() - kMostLines);
+  print_to_stderr("eikon: or all at once: --checkpoint {} --resume --samples {}:{}{}\n", printable(output), begin, end,
+                  crop_flag(whole.layout.crop, whole.layout));
   return false;
 }
 
@@ -169,8 +170,7 @@ std::string lines_of(std::uint32_t begin, std::uint32_t end) {
 void print_outside(const Whole& whole) {
   const auto begin = sample_range(whole.record.done).first;
   if (begin > 0)
-    fmt::print(stderr, "eikon: the parts begin with sample {}: samples 0 to {} are in none of them\n", begin,
-               begin - 1);
+    print_to_stderr("eikon: the parts begin with sample {}: samples 0 to {} are in none of them\n", begin, begin - 1);
   const FilmLayout& layout = whole.layout;
   std::vector<std::string> missing;
   if (layout.crop.y0 > 0) missing.push_back("rows " + lines_of(0, layout.crop.y0));
@@ -178,8 +178,8 @@ void print_outside(const Whole& whole) {
   if (layout.crop.x0 > 0) missing.push_back("columns " + lines_of(0, layout.crop.x0));
   if (layout.crop.x1 < layout.width) missing.push_back("columns " + lines_of(layout.crop.x1, layout.width));
   if (!missing.empty())
-    fmt::print(stderr, "eikon: the image has {} x {} pixels: {} are in no part\n", layout.width, layout.height,
-               fmt::join(missing, ", "));
+    print_to_stderr("eikon: the image has {} x {} pixels: {} are in no part\n", layout.width, layout.height,
+                    fmt::join(missing, ", "));
 }
 
 void write(const MergeOptions& options, const Film& film, Whole& whole, const PredictedError& error) {
@@ -216,8 +216,8 @@ ExitCode merge_command(const MergeOptions& options) {
   const bool complete = print_gaps(whole, options.output);
   print_outside(whole);
   if (whole.record.arithmetic != std::set<std::string>{"exact"} && !whole.record.arithmetic.empty())
-    fmt::print(stderr, "eikon: arithmetic {}: other devices may give other bits; see `eikon selftest`\n",
-               fmt::join(whole.record.arithmetic, ", "));
+    print_to_stderr("eikon: arithmetic {}: other devices may give other bits; see `eikon selftest`\n",
+                    fmt::join(whole.record.arithmetic, ", "));
   if (!options.quiet) {
     fmt::print("{}: {} parts, {} x {} pixels of {} x {}, samples {}:{}{}\n", printable(options.output), parts.size(), crop.width(),
                crop.height(), whole.layout.width, whole.layout.height, begin, end, complete ? "" : " with gaps");

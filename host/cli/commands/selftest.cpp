@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "cli/commands.h"
+#include "job/log.h"
 
 namespace eikon {
 namespace {
@@ -22,9 +23,9 @@ ExitCode selftest_command(const std::string& devices) {
     }
   }
   if (passed) return ExitCode::done;
-  fmt::print(stderr,
-             "eikon: selftest failed: images from this device are not to be trusted; update its driver or leave it out "
-             "with --devices\n");
+  print_to_stderr(
+      "eikon: selftest failed: images from this device are not to be trusted; update its driver or leave it out "
+      "with --devices\n");
   return ExitCode::device;
 }
 
