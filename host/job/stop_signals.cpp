@@ -31,7 +31,7 @@ struct Received {
 };
 
 void receive(const Received& signals) {
-  int last = 0;
+  bool is_last = false;  // the next SIGINT or SIGTERM ends the process
   for (;;) {
     int signal = 0;
     if (sigwait(&signals.all, &signal) != 0) continue;
@@ -39,10 +39,10 @@ void receive(const Received& signals) {
       ++checkpoint_requests;
     } else if (!stops_are_caught) {
       if (sigismember(&signals.ignored, signal) != 1) act_by_default(signal);
-    } else if (signal == last && signal != SIGHUP) {
+    } else if (is_last && signal != SIGHUP) {
       act_by_default(signal);
     } else {
-      last = signal;
+      is_last = is_last || signal != SIGHUP;
       if (!stop_requested) stop_signal = signal;
       stop_requested = true;
     }

@@ -98,17 +98,22 @@ TEST(Signals, SIGHUP_ends_nothing_under_nohup) {
   EXPECT_EQ(here.wait(child).code, 143);
 }
 
-TEST(Signals, a_second_SIGINT_ends_it_at_once) {
-  const Workplace here;
-  const pid_t child = here.start(cornell(std::string(kEndless) + "--checkpoint c.exr --checkpoint-every 0.03"),
-                                 "EIKON_FAULT=device:0:hang:after=3 EIKON_WATCHDOG=1000");
-  EXPECT_TRUE(wait_for_files(child, here / "c.exr", 1));
-  sleep_ms(300);  // its device has hung by now
-  kill(child, SIGINT);
-  sleep_ms(300);
-  EXPECT_FALSE(has_ended(child));
-  kill(child, SIGINT);
-  EXPECT_EQ(here.wait(child).code, 1000 + SIGINT);
+TEST(Signals, a_second_SIGINT_or_SIGTERM_ends_it_at_once) {
+  for (const int second : {SIGINT, SIGTERM}) {
+    const Workplace here;
+    const pid_t child = here.start(cornell(std::string(kEndless) + "--checkpoint c.exr --checkpoint-every 0.03"),
+                                   "EIKON_FAULT=device:0:hang:after=3 EIKON_WATCHDOG=1000");
+    EXPECT_TRUE(wait_for_files(child, here / "c.exr", 1));
+    sleep_ms(300);  // its device has hung by now
+    kill(child, SIGINT);
+    sleep_ms(300);
+    EXPECT_FALSE(has_ended(child));
+    kill(child, second);
+    for (int i = 0; i < 500 && !has_ended(child); ++i) sleep_ms(10);
+    EXPECT_TRUE(has_ended(child)) << second;
+    kill(child, SIGKILL);
+    EXPECT_EQ(here.wait(child).code, 1000 + second);
+  }
 }
 
 TEST(Signals, one_SIGUSR1_asks_every_render_of_a_batch_for_a_checkpoint) {
