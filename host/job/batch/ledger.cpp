@@ -76,9 +76,7 @@ std::optional<LedgerEntry> parse_entry(const std::string& text) {
 
 LedgerOutput describe_output(const std::filesystem::path& path) {
   const Bytes bytes = read_regular_file(path, usable_memory_bytes());
-  return {.path = std::filesystem::absolute(path).lexically_normal().string(),
-          .bytes = bytes.size,
-          .hash = fmt::format("{:016x}", xxhash64(bytes.span(), 0))};
+  return {.bytes = bytes.size, .hash = fmt::format("{:016x}", xxhash64(bytes.span(), 0))};
 }
 
 Ledger::Ledger(std::filesystem::path path, std::string advice) : path_(std::move(path)), advice_(std::move(advice)) {

@@ -6,11 +6,12 @@
 //    "state": "started" | "done" | "failed" | "interrupted",
 //    "line": n, "job": "render ..", "key": "16 hex digits", "exit_code": n, "message": "..",
 //    "seconds": x, "render_seconds": x, "samples": n, "relmse_predicted": x | null,
-//    "outputs": [{"path": "absolute", "bytes": n, "hash": "16 hex digits"}]}
+//    "outputs": [{"path": "..", "bytes": n, "hash": "16 hex digits"}]}
 //
 // `line` and `job` say where the job stood and what it was. `key` is the hash of everything that
 // decides its outputs (job_key.h). `outputs` are the files as they were written, with the XXH64 of
-// their bytes; lines whose state is not "done" have their names only. The last line about an output
+// their bytes; lines whose state is not "done" have their names only. A path is relative if the file lies below the folder
+// in which the batch runs, which is that of the jobs file, and else absolute. The last line about an output
 // counts. "started" without a line after it means that the process was killed.
 #pragma once
 #include <cstdint>
@@ -23,7 +24,7 @@
 namespace eikon {
 
 struct LedgerOutput {
-  std::string path{};  // absolute
+  std::string path{};  // as ledger_name() gives it
   std::uint64_t bytes = 0;
   std::string hash{};
 };
@@ -43,7 +44,7 @@ struct LedgerEntry {
 /// Returns nothing if the text is no such line.
 [[nodiscard]] std::optional<LedgerEntry> parse_entry(const std::string& line);
 
-/// Describes the file as it is now. throws InputError if it is absent or cannot be read
+/// Describes the file as it is now, but for its path. throws InputError if it is absent or cannot be read
 [[nodiscard]] LedgerOutput describe_output(const std::filesystem::path& path);
 
 class Ledger {
