@@ -6,13 +6,13 @@
 #include <algorithm>
 
 #include "cli/flags.h"
+#include "pack/settings.h"
 #include "film/layers.h"
 #include "job/batch/shell_words.h"
 
 namespace eikon {
 namespace {
 
-constexpr std::uint64_t kMostSamples = std::uint64_t{1} << 48;
 constexpr std::uint64_t kMostFrames = 100'000;
 constexpr double kMostShutter = 1000;  // frames
 constexpr std::uint64_t kMostMotionSteps = 256;

@@ -7,23 +7,21 @@
 
 #include "cli/flags.h"
 #include "film/layers.h"
+#include "pack/settings.h"
 #include "render/pilot/pilot.h"
 
 namespace eikon {
 namespace {
 
-constexpr std::uint64_t kMaxSide = 65535;  // pixel coordinates travel as two 16-bit halves
-constexpr double kMaxRadiance = 1e30;
 constexpr double kMinFNumber = 1e-3, kMaxFNumber = 1e6;
 constexpr double kMaxFocusDistance = 0x1p40;
 constexpr double kMostSeconds = 1e9;
-constexpr std::uint64_t kMaxSamples = std::uint64_t{1} << 48;
 
 ImageSize parse_size(const std::string& text) {
   const std::vector<std::string> parts = split(text, 'x');
   if (parts.size() != 2) throw UsageError(fmt::format("--size {}: takes WIDTHxHEIGHT, e.g. 1280x720", text));
-  const ImageSize size = {std::uint32_t(parse_unsigned("--size", parts[0], kMaxSide)),
-                          std::uint32_t(parse_unsigned("--size", parts[1], kMaxSide))};
+  const ImageSize size = {std::uint32_t(parse_unsigned("--size", parts[0], kMostSide)),
+                          std::uint32_t(parse_unsigned("--size", parts[1], kMostSide))};
   if (size.width == 0 || size.height == 0)
     throw UsageError(fmt::format("--size {}: an image has at least one pixel", text));
   return size;
@@ -33,15 +31,15 @@ Crop parse_crop(const std::string& text) {
   const std::vector<std::string> parts = split(text, ',');
   if (parts.size() != 4)
     throw UsageError(fmt::format("--crop {}: takes X0,Y0,X1,Y1 in pixels, the last two exclusive", text));
-  const auto at = [&](std::size_t i) { return std::uint32_t(parse_unsigned("--crop", parts[i], kMaxSide)); };
+  const auto at = [&](std::size_t i) { return std::uint32_t(parse_unsigned("--crop", parts[i], kMostSide)); };
   return {at(0), at(1), at(2), at(3)};
 }
 
 SampleRange parse_samples(const std::string& text) {
   const std::vector<std::string> parts = split(text, ':');
   if (parts.size() != 2) throw UsageError(fmt::format("--samples {}: takes A:B, the half-open range of samples", text));
-  const SampleRange range = {parse_unsigned("--samples", parts[0], kMaxSamples),
-                             parse_unsigned("--samples", parts[1], kMaxSamples)};
+  const SampleRange range = {parse_unsigned("--samples", parts[0], kMostSamples),
+                             parse_unsigned("--samples", parts[1], kMostSamples)};
   if (range.begin >= range.end) throw UsageError(fmt::format("--samples {}: the range is empty", text));
   return range;
 }
@@ -111,8 +109,8 @@ void parse_environment(const std::string& text, EnvironmentOptions& environment)
   }
   const glm::dvec3 radiance = parse_vector("--env", text);
   for (int c = 0; c < 3; ++c)
-    if (radiance[c] < 0 || radiance[c] > kMaxRadiance)
-      throw UsageError(fmt::format("--env {}: radiance lies between 0 and {:g}", text, kMaxRadiance));
+    if (radiance[c] < 0 || radiance[c] > kMostRadiance)
+      throw UsageError(fmt::format("--env {}: radiance lies between 0 and {:g}", text, kMostRadiance));
   environment.radiance = glm::vec3(radiance);
 }
 
@@ -215,7 +213,7 @@ void add_image_flags(CommandFlags& flags, SceneOptions& options) {
 void add_light_flags(CommandFlags& flags, SceneOptions& options, const std::string& spp_about) {
   flags.group("Light");
   flags.parsed({"--spp", "N", spp_about},
-               [&](const std::string& text) { options.spp = parse_unsigned("--spp", text, kMaxSamples, 1); });
+               [&](const std::string& text) { options.spp = parse_unsigned("--spp", text, kMostSamples, 1); });
   flags.number({"--seed", "N", "seed of the random numbers; images of different seeds are independent [0]"},
                options.seed, 0, 4294967295.0);
   add_environment_flags(flags, options.environment);

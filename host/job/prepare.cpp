@@ -23,8 +23,6 @@ namespace {
 constexpr std::uint32_t kDefaultRows = 720;
 constexpr double kDefaultAspect = 16.0 / 9.0;
 constexpr double kDefaultFovRad = 0.7;
-constexpr long kMaxSide = 65535;  // pixel coordinates travel as two 16-bit halves
-constexpr double kMaxRadiance = 1e30;
 constexpr double kLeastLight = 0.01;  // see arriving_light(): less is too dark to show a shape
 
 void require_perspective(const Camera& camera, const std::string& flag, const char* what) {
@@ -148,9 +146,9 @@ Environment choose_environment(const SceneOptions& asked, const Scene& scene, co
   if (environment.map) return environment;
   environment.radiance *= float(options.scale);
   for (int c = 0; c < 3; ++c)
-    if (!(double(environment.radiance[c]) <= kMaxRadiance))
+    if (!(double(environment.radiance[c]) <= kMostRadiance))
       throw UsageError(fmt::format("--env-scale {}: the environment's radiance becomes more than {:g}", options.scale,
-                                   kMaxRadiance));
+                                   kMostRadiance));
   return environment;
 }
 
@@ -221,7 +219,7 @@ void settle_camera_and_size(const SceneOptions& options, const Scene& scene, Set
   } else {
     const double aspect = settings.camera.aspect > 0 ? settings.camera.aspect : kDefaultAspect;
     settings.height = kDefaultRows;
-    settings.width = std::uint32_t(std::clamp(std::lround(aspect * kDefaultRows), 1L, kMaxSide));
+    settings.width = std::uint32_t(std::clamp(std::lround(aspect * kDefaultRows), 1L, long(kMostSide)));
   }
   settings.camera_poses = camera_poses(options, scene, asked, settings.camera);
   settings.next_camera = next_camera(options, scene, asked, settings.camera);

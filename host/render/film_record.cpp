@@ -16,7 +16,6 @@
 namespace eikon {
 namespace {
 
-constexpr std::uint64_t kMaxSample = std::uint64_t{1} << 48;
 constexpr const char* kVersionName = "version of image bits";
 constexpr const char* kCullingName = "culling (--cull)";
 constexpr const char* kGuidingName = "guiding (--guiding)";
@@ -55,7 +54,7 @@ void parse_part(std::string_view text, const FilmLayout& layout, SampleSet& done
   const auto n = numbers<6>(text);
   const Crop& crop = layout.crop;
   if (!n || (*n)[0] < crop.x0 || (*n)[0] >= (*n)[2] || (*n)[2] > crop.x1 || (*n)[1] < crop.y0 || (*n)[1] >= (*n)[3] ||
-      (*n)[3] > crop.y1 || (*n)[4] >= (*n)[5] || (*n)[5] > kMaxSample)
+      (*n)[3] > crop.y1 || (*n)[4] >= (*n)[5] || (*n)[5] > kMostSamples)
     throw InputError(fmt::format("its record of samples has an impossible part, '{}'", text));
   const auto at = [&](std::size_t i) { return static_cast<std::uint32_t>((*n)[i]); };
   const WorkUnit part{{at(0), at(1), at(2), at(3)}, (*n)[4], (*n)[5]};
