@@ -19,11 +19,6 @@ void Notes::warn(const std::string& warning) {
   if (said_.insert(warning).second) warnings_.push_back(warning);
 }
 
-void Notes::clamped(const std::string& warning) {
-  strict_errors_.push_back(warning);
-  warn(warning);
-}
-
 void Notes::mended(const std::string& warning) {
   strict_errors_.push_back(warning);
   warn(warning);

@@ -295,9 +295,9 @@ std::string pose(const Animation& animation, const AnimationSource& source, cons
   for (const Channel& channel : animation.channels)
     if (!write_property(source.document, channel.pointer, channel.property,
                         channel.curve.at(is_motion(channel) ? time_s : held_s)))
-      source.notes.clamped(fmt::format("{}: {} brought into its range",
-                                       view_of_animation(source.document, animation.index).label(),
-                                       in_quotes(channel.pointer)));
+      source.notes.mended(fmt::format("{}: {} brought into its range",
+                                      view_of_animation(source.document, animation.index).label(),
+                                      in_quotes(channel.pointer)));
   std::string text = fmt::format("animation {} at {:a} s\n", animation.index, time_s);
   if (const Shutter& shutter = choice.shutter; shutter.is_open())
     text += fmt::format("open from {:a} to {:a} s, {} steps\n", shutter.open_s, shutter.close_s, shutter.steps);

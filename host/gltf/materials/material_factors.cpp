@@ -21,7 +21,7 @@ float Factors::unit(const Json* owner, const char* key, double otherwise) const 
 
 float Factors::clamped(double value, const char* key, double lo, double hi) const {
   const double legal = std::clamp(value, lo, hi);
-  if (legal != value) notes_.clamped(fmt::format("{}: {} {:g} clamped to {:g}", material_.label(), key, value, legal));
+  if (legal != value) notes_.mended(fmt::format("{}: {} {:g} clamped to {:g}", material_.label(), key, value, legal));
   return static_cast<float>(legal);
 }
 

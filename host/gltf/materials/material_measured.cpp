@@ -29,9 +29,9 @@ void note_light(const JsonView& material, const MeasuredTable& table, Notes& not
   const glm::dvec3& rgb = table.albedos[view];
   const double most = std::max({rgb.x, rgb.y, rgb.z});
   if (most > kMostReflected)
-    notes.clamped(fmt::format("{}: {} reflects {:.3g} times the light that arrives at {:.0f} degrees; kept as it is",
-                              material.label(), table.name, most,
-                              std::acos(MeasuredTable::cosine(view)) * 180 / std::numbers::pi));
+    notes.mended(fmt::format("{}: {} reflects {:.3g} times the light that arrives at {:.0f} degrees; kept as it is",
+                             material.label(), table.name, most,
+                             std::acos(MeasuredTable::cosine(view)) * 180 / std::numbers::pi));
 }
 
 void check_measured(const JsonView& extension, std::size_t) {

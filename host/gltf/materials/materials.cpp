@@ -36,8 +36,8 @@ void read_priority(const JsonView& view, Material& material, Notes& notes) {
   const double value = *as_number({.value = *extras, .kind = "extras", .parent = &view}, key);
   const double whole = std::nearbyint(std::clamp(value, -kMaxPriority, kMaxPriority));
   if (whole != value)
-    notes.clamped(fmt::format("{}: {} {:g} is no integer within +-{:g}; taken as {:g}", view.label(), key, value,
-                              kMaxPriority, whole));
+    notes.mended(fmt::format("{}: {} {:g} is no integer within +-{:g}; taken as {:g}", view.label(), key, value,
+                             kMaxPriority, whole));
   material.medium_priority = static_cast<std::int32_t>(whole);
 }
 
