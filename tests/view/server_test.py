@@ -5,6 +5,7 @@
   tests/view/server_test.py EIKON [unittest arguments]
 
 A build with EIKON_SANITIZE=address,undefined passes, too, with ASAN_OPTIONS=use_sigaltstack=0: LLVM in PoCL sets signal stacks."""
+import concurrent.futures
 import json
 import os
 import pathlib
@@ -14,6 +15,7 @@ import socket
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import unittest
 
@@ -152,6 +154,53 @@ class Limits(Served):
     def test_there_are_no_pixels_beyond_the_picture(self):
         for query in ("x=64&y=0&sample=0", "x=0&y=48&sample=0", "x=-1&y=0&sample=0", "x=0&y=0&sample=99999999999", "x=0&y=0", "", "x=a&y=b&sample=c"):
             self.assertEqual(self.viewer.ask("GET", "/api/path?" + query)[0], 400, query)
+
+
+class Orders(unittest.TestCase):
+    """Orders that come at the same time, each test to a server of its own."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="eikon_view_")
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def at_once(self, count, call):
+        """What call(number) returns for each number, all of them called at the same time."""
+        ready = threading.Barrier(count)
+
+        def wait_and_call(number):
+            ready.wait()
+            return call(number)
+
+        with concurrent.futures.ThreadPoolExecutor(count) as pool:
+            return list(pool.map(wait_and_call, range(count)))
+
+    def test_one_of_many_orders_to_render_is_taken(self):
+        with Viewer(EIKON, self.folder, CORNELL, "--size", "64x48", "--spp", "100000000") as viewer:
+            viewer.wait_for("rendering")
+            for _ in range(8):
+                answers = self.at_once(16, lambda _: viewer.ask("POST", "/api/render", b"{}"))
+                self.assertEqual(sorted(status for status, _, _ in answers), [200] + [400] * 15)
+                for status, _, body in answers:
+                    self.assertEqual(b"running already" in body, status == 400, body)
+                self.assertEqual(len(self.children(viewer)), 1)
+                self.assertEqual(viewer.ask("POST", "/api/stop", b"{}")[0], 200)
+                begin = time.monotonic()
+                while viewer.news()[0]["final"]["state"] == "running" and time.monotonic() - begin < LIMIT_S:
+                    time.sleep(0.02)
+                self.assertEqual(self.children(viewer), [])
+            self.assertEqual(viewer.end(), (0, "", ""))
+
+    def children(self, viewer):
+        """Processes that the server started and has not waited for."""
+        found = []
+        for file in pathlib.Path("/proc").glob("[0-9]*/stat"):
+            try:
+                if int(file.read_text().rsplit(")", 1)[1].split()[1]) == viewer.process.pid:
+                    found.append(file.parent.name)
+            except OSError:  # it has ended meanwhile
+                pass
+        return found
 
 
 class Attacked(Served):

@@ -56,6 +56,7 @@ FinalRender::~FinalRender() {
 }
 
 void FinalRender::start(std::vector<std::string> words, const std::string& name) {
+  const std::lock_guard starting(starting_);
   if (is_running()) throw UsageError("view: a render is running already; stop it, or wait for it");
   if (watcher_.joinable()) watcher_.join();
   const std::string stem = free_name(name);

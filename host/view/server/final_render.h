@@ -34,8 +34,9 @@ class FinalRender {
  private:
   void watch(int output, int messages);
 
-  std::mutex mutex_;   // guards what follows
-  pid_t process_ = 0;  // 0: none is running
+  std::mutex starting_;  // start() holds it to its end, so that nobody else finds that none is running
+  std::mutex mutex_;     // guards what follows
+  pid_t process_ = 0;    // 0: none is running
   std::string state_ = "none", image_{}, png_{}, message_{};
   double share_ = 0;
   bool stopped_ = false;
