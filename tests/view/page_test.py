@@ -15,7 +15,7 @@ import tempfile
 import unittest
 
 from browser import ActionChains, BrowserTests, By, Keys
-from viewer import CORNELL, LIMIT_S, ROOT, Viewer
+from viewer import CORNELL, LIMIT_S, ROOT, StandInBrowser, Viewer
 
 EIKON = ""
 SMALL = ("--size", "320x240", "--spp", "16")
@@ -96,6 +96,17 @@ class Use(Page):
         self.until(lambda: "--look-at" not in self.command(), "as it was")
         self.until_done()
         self.assertEqual(self.pixels(), shown)  # the same bits again
+        self.no_complaint()
+
+    def test_open_leads_a_browser_to_the_page(self):
+        stand_in = StandInBrowser(self.folder)
+        viewer = Viewer(EIKON, self.folder, CORNELL, *SMALL, "--open", variables=stand_in.variables)
+        self.addCleanup(viewer.__exit__)
+        self.browser.get(pathlib.Path(*stand_in.words()).as_uri())
+        self.until(lambda: self.browser.current_url == viewer.address, "at the page")
+        self.until_done()
+        self.browser.refresh()
+        self.until_done()
         self.no_complaint()
 
     def test_a_look_survives_reload_and_comes_to_another_tab(self):

@@ -13,6 +13,7 @@ import re
 import shlex
 import signal
 import socket
+import stat
 import struct
 import subprocess
 import sys
@@ -20,7 +21,7 @@ import tempfile
 import time
 import unittest
 
-from viewer import CORNELL, LIMIT_S, ROOT, SMALL, Viewer, floats_of_exr, rgbe_of, run_side_by_side
+from viewer import CORNELL, LIMIT_S, ROOT, SMALL, StandInBrowser, Viewer, floats_of_exr, rgbe_of, run_side_by_side
 
 EIKON = ""
 
@@ -151,6 +152,17 @@ class Process(unittest.TestCase):
             code, out, err = viewer.end()
             self.assertEqual((code, out, err.count("\n")), (0, "", 1))
             self.assertIn("open the address yourself", err)
+
+    def test_open_starts_a_browser_with_a_file_that_only_its_user_can_read(self):
+        browser = StandInBrowser(self.folder)
+        with Viewer(EIKON, self.folder, CORNELL, *SMALL, "--open", variables=browser.variables) as viewer:
+            (word,) = browser.words()
+            self.assertNotIn(viewer.token, word)
+            page = pathlib.Path(word)
+            self.assertEqual([stat.S_IMODE(part.stat().st_mode) for part in (page, page.parent)], [0o600, 0o700])
+            self.assertIn(f"url={viewer.address}\"", page.read_text())
+            self.assertEqual(viewer.end(), (0, "", ""))
+            self.assertFalse(page.parent.exists())
 
     def test_a_broken_scene_shows_the_line_of_render_until_it_is_repaired(self):
         scene = self.folder / "scene.gltf"

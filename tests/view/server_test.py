@@ -89,6 +89,12 @@ class Guard(Served):
             self.assertEqual(self.page(Origin=origin)[0], 403, origin)
         for site, status in (("same-origin", 200), ("none", 200), ("cross-site", 403), ("same-site", 403)):
             self.assertEqual(self.page(**{"Sec-Fetch-Site": site})[0], status, site)
+        # The file of --open, which has the token, leads to the page; nothing else is open to it, nor the page to frames and scripts.
+        leads = {"Sec-Fetch-Site": "cross-site", "Sec-Fetch-Mode": "navigate", "Sec-Fetch-Dest": "document"}
+        self.assertEqual(self.page(**leads)[0], 200)
+        self.assertEqual(self.page(**{**leads, "Sec-Fetch-Dest": "iframe"})[0], 403)
+        self.assertEqual(self.viewer.ask("GET", "/", headers=leads)[0], 403)
+        self.assertEqual(self.viewer.ask("GET", "/api/news?after=0&frame=0", headers=leads)[0], 403)
 
     def test_it_listens_on_the_loopback_address_alone(self):
         listening = [line.split()[1] for line in pathlib.Path("/proc/net/tcp").read_text().splitlines()[1:]

@@ -107,6 +107,27 @@ class Viewer:
         raise AssertionError(f"never {state}: {news['status']}")
 
 
+class StandInBrowser:
+    """A program xdg-open that notes its words in a folder; `variables` are of a process that finds it."""
+
+    def __init__(self, folder):
+        self.noted = pathlib.Path(folder) / "xdg-open.words"
+        program = pathlib.Path(folder) / "bin/xdg-open"
+        program.parent.mkdir()
+        program.write_text(f"#!/bin/sh\nprintf '%s\\n' \"$@\" > '{self.noted}.part' && mv '{self.noted}.part' '{self.noted}'\n")
+        program.chmod(0o755)
+        self.variables = {"PATH": f"{program.parent}:{os.environ['PATH']}"}
+
+    def words(self):
+        """The words with which it was started, once it was."""
+        begin = time.monotonic()
+        while not self.noted.exists():
+            if time.monotonic() - begin > LIMIT_S:
+                raise AssertionError("no browser is opened")
+            time.sleep(0.02)
+        return self.noted.read_text().splitlines()
+
+
 def turned(scene, step):
     """A value of --look-at: the camera of `scene`, as news have it, turned around the middle by so many degrees."""
     (x, y, z), (mx, my, mz), angle = scene["view"]["eye"], scene["middle"], math.radians(step)

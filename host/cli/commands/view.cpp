@@ -5,11 +5,13 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "cli/commands.h"
 #include "cli/flags.h"
 #include "job/log.h"
 #include "job/stop_signals.h"
+#include "view/server/redirect_file.h"
 #include "view/server/start_process.h"
 #include "view/server/view_server.h"
 
@@ -55,7 +57,8 @@ ExitCode view_command(const ViewOptions& options, const std::vector<std::string>
   ViewServer server(session, int(options.port));
   fmt::print("{}\n", server.address());
   std::fflush(stdout);
-  if (options.open && !open_in_browser(server.address()))
+  std::optional<RedirectFile> redirect;
+  if (options.open && !open_in_browser(redirect.emplace(server.address()).path().string()))
     print_to_stderr("eikon: --open: xdg-open cannot be started; open the address yourself\n");
   server.serve(stop);
   return ExitCode::done;

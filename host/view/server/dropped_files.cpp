@@ -8,7 +8,6 @@
 #include <system_error>
 
 #include "core/error.h"
-#include "io/private_folder.h"
 
 namespace eikon {
 namespace {
@@ -30,18 +29,13 @@ void check_name(const std::string& name) {
 
 }  // namespace
 
-DroppedFiles::~DroppedFiles() {
-  std::error_code ignored;
-  if (!folder_.empty()) std::filesystem::remove_all(folder_, ignored);
-}
-
 DroppedFiles::Incoming DroppedFiles::begin(const std::string& name) {
   check_name(name);
   const std::lock_guard lock(mutex_);
-  std::error_code error;
-  if (folder_.empty()) folder_ = make_private_folder("eikon_view");
-  const std::filesystem::path own = folder_ / std::to_string(++count_);
-  std::filesystem::create_directory(own, error);
+  if (!folder_) folder_ = std::make_unique<PrivateFolder>();
+  const std::filesystem::path own = folder_->path() / std::to_string(++count_);
+  std::error_code ignored;  // the file then cannot be written
+  std::filesystem::create_directory(own, ignored);
   Incoming incoming{.path = own / name, .file = std::ofstream(own / name, std::ios::binary)};
   if (!incoming.file) throw InputError(fmt::format("{}: cannot be written", incoming.path.string()));
   return incoming;

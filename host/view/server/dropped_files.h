@@ -3,8 +3,11 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <mutex>
 #include <string>
+
+#include "view/server/private_folder.h"
 
 namespace eikon {
 
@@ -14,11 +17,6 @@ inline constexpr std::uint64_t kMostDropped = std::uint64_t{256} << 20;
 /// Scene files that a page has sent, in a folder of their own that is removed at the end. The last one is kept.
 class DroppedFiles {
  public:
-  DroppedFiles() = default;
-  ~DroppedFiles();
-  DroppedFiles(const DroppedFiles&) = delete;
-  DroppedFiles& operator=(const DroppedFiles&) = delete;
-
   /// A file to be written.
   struct Incoming {
     std::filesystem::path path;
@@ -37,7 +35,8 @@ class DroppedFiles {
 
  private:
   std::mutex mutex_;  // guards what follows
-  std::filesystem::path folder_, kept_;
+  std::unique_ptr<PrivateFolder> folder_;  // null: no file has come yet
+  std::filesystem::path kept_;
   std::uint64_t count_ = 0;
 };
 

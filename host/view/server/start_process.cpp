@@ -82,12 +82,12 @@ StartedProcess start_process(const std::string& program, const std::vector<std::
   throw InputError(fmt::format("{}: cannot be started: {}", program, std::strerror(error)));
 }
 
-bool open_in_browser(const std::string& address) {
+bool open_in_browser(const std::string& file) {
   SpawnSettings settings;
-  for (const int file : {STDOUT_FILENO, STDERR_FILENO})
-    posix_spawn_file_actions_addopen(&settings.files, file, "/dev/null", O_WRONLY, 0);
+  for (const int stream : {STDOUT_FILENO, STDERR_FILENO})
+    posix_spawn_file_actions_addopen(&settings.files, stream, "/dev/null", O_WRONLY, 0);
   pid_t process = 0;
-  if (spawn("xdg-open", {"xdg-open", address}, settings, process) != 0) return false;
+  if (spawn("xdg-open", {"xdg-open", file}, settings, process) != 0) return false;
   // Some browsers stay in the foreground; nobody waits for them but this thread.
   std::thread([process] { (void)waitpid(process, nullptr, 0); }).detach();
   return true;

@@ -17,7 +17,8 @@ struct StartedProcess {
 /// throws InputError if it cannot be started
 [[nodiscard]] StartedProcess start_process(const std::string& program, const std::vector<std::string>& words);
 
-/// Opens an address in the browser of the desktop, and does not wait for it. False if there is no program for that.
-[[nodiscard]] bool open_in_browser(const std::string& address);
+/// Opens a page in the browser of the desktop, and does not wait for it. False if there is no program for that.
+/// file  path of the page; every user of the machine can read this text
+[[nodiscard]] bool open_in_browser(const std::string& file);
 
 }  // namespace eikon

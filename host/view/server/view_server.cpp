@@ -134,8 +134,10 @@ void ViewServer::guard() {
                               {"Cross-Origin-Opener-Policy", "same-origin"},
                               {"Cross-Origin-Resource-Policy", "same-origin"}});
   server.set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
-    const RequestOrigin origin{request.get_header_value("Host"), request.get_header_value("Origin"),
-                               request.get_header_value("Sec-Fetch-Site")};
+    RequestOrigin origin{request.get_header_value("Host"), request.get_header_value("Origin"),
+                         request.get_header_value("Sec-Fetch-Site")};
+    // A RedirectFile is a page of another site to browsers, and it leads here; its token says that it may.
+    if (request.path == "/" && request.get_header_value("Sec-Fetch-Dest") == "document") origin.fetch_site.clear();
     const std::string token =
         request.path == "/" ? request.get_param_value("token") : request.get_header_value("X-Eikon-Token");
     const std::string problem = unwanted(request);

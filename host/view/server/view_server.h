@@ -22,7 +22,7 @@ struct RequestOrigin {
 /// through a tunnel.
 [[nodiscard]] bool comes_from_here(const RequestOrigin& request);
 
-/// GET  /?token=T               the page
+/// GET  /?token=T               the page; a page of any site may lead to it, since it knows the token
 /// GET  /api/news?after=VERSION&frame=NUMBER
 ///                              waits up to a second for news: four bytes with the length of a JSON text, least significant
 ///                              first, the text {"version", "status", "final": FinalRender::status(), "frame": null or what
