@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "python/interruptible.h"
 
+#include <dlfcn.h>
 #include <nanobind/nanobind.h>
 #include <pthread.h>
 #include <sys/syscall.h>
@@ -11,6 +12,7 @@
 #include <csignal>
 #include <exception>
 #include <future>
+#include <mutex>
 #include <thread>
 
 namespace nb = nanobind;
@@ -18,16 +20,35 @@ namespace nb = nanobind;
 namespace eikon::python {
 namespace {
 
-/// Puts back the handlers of signals.
+/// True if nobody handles the signal, or Python does, which all handlers of its users go through.
+bool is_of_python(const struct sigaction& action) {
+  const auto object_of = [](const void* address) {
+    Dl_info found{};
+    return dladdr(address, &found) != 0 ? found.dli_fbase : nullptr;
+  };
+  if (action.sa_handler == SIG_DFL || action.sa_handler == SIG_IGN) return true;
+  return object_of(reinterpret_cast<const void*>(action.sa_handler)) ==
+         object_of(reinterpret_cast<const void*>(&PyErr_CheckSignals));
+}
+
+/// Puts back the handlers of signals that others have replaced by their own. One that Python has set meanwhile stays. Calls may
+/// overlap: the first one keeps the handlers, and each puts them back at its end.
 class KeptHandlers {
  public:
   KeptHandlers() {
+    const std::lock_guard lock(mutex_);
+    if (calls_++ > 0) return;
     for (int signal = 1; signal < kCount; ++signal)
       known_[at(signal)] = sigaction(signal, nullptr, &actions_[at(signal)]) == 0;
   }
   ~KeptHandlers() {
-    for (int signal = 1; signal < kCount; ++signal)
-      if (known_[at(signal)]) sigaction(signal, &actions_[at(signal)], nullptr);  // fails for SIGKILL and SIGSTOP
+    const std::lock_guard lock(mutex_);
+    --calls_;
+    for (int signal = 1; signal < kCount; ++signal) {
+      struct sigaction now {};
+      if (known_[at(signal)] && sigaction(signal, nullptr, &now) == 0 && !is_of_python(now))
+        sigaction(signal, &actions_[at(signal)], nullptr);
+    }
   }
   KeptHandlers(const KeptHandlers&) = delete;
   KeptHandlers& operator=(const KeptHandlers&) = delete;
@@ -35,8 +56,11 @@ class KeptHandlers {
  private:
   static constexpr int kCount = 32;  // those below are the real-time signals
   static std::size_t at(int signal) { return static_cast<std::size_t>(signal); }
-  std::array<struct sigaction, kCount> actions_{};
-  std::array<bool, kCount> known_{};
+
+  static inline std::mutex mutex_;  // guards what follows
+  static inline int calls_ = 0;
+  static inline std::array<struct sigaction, kCount> actions_{};
+  static inline std::array<bool, kCount> known_{};
 };
 
 /// Holds SIGINT back on this thread and on those that it starts.
@@ -86,11 +110,11 @@ std::exception_ptr watch(const std::future<void>& work, const HeldInterrupt& hel
 
 void run_interruptible(const std::function<void(std::atomic<bool>&)>& work) {
   std::atomic<bool> stop = false;
+  const KeptHandlers handlers;
   if (!is_main_thread()) {
     const nb::gil_scoped_release released;
     return work(stop);
   }
-  const KeptHandlers handlers;
   const HeldInterrupt held;
   std::promise<void> done;
   std::future<void> result = done.get_future();

@@ -6,11 +6,11 @@
 
 namespace eikon::python {
 
-/// Runs `work` on a thread of its own, with Python's lock released, and returns when it has ended. On the main thread, a signal
-/// that Python has a handler for sets the flag that `work` gets. What the handler raises is thrown once `work` has ended; else
-/// what `work` throws.
-/// Drivers that compile within the process (LLVM) replace signal handlers by their own. They are put back at the end; and
-/// meanwhile SIGINT is received here, before those see it.
+/// Runs `work` with Python's lock released, and returns when it has ended: on a thread of its own if it is called on Python's main
+/// thread, else on the calling thread. On the main thread, a signal that Python has a handler for sets the flag that `work` gets.
+/// What the handler raises is thrown once `work` has ended; else what `work` throws.
+/// Drivers that compile within the process (LLVM) replace signal handlers by their own. Those of Python are put back at the end;
+/// and meanwhile the main thread receives SIGINT here, before those see it.
 void run_interruptible(const std::function<void(std::atomic<bool>& stop)>& work);
 
 }  // namespace eikon::python

@@ -140,6 +140,55 @@ class Render(Package):
         self.assertEqual(pictures[1].rgb.tobytes(), alone.rgb.tobytes())
 
 
+class OtherThreads(Package):
+    def run_apart(self, code):
+        """What a new process prints, whose driver compiles anew and with that sets handlers of signals."""
+        begin = """if True:
+            import eikon, os, pathlib, re, signal, threading
+            scene = os.environ["SCENE"]
+            def caught():
+                return int(re.search(r"SigCgt:\\s*(\\w+)", pathlib.Path("/proc/self/status").read_text())[1], 16)
+            def on_thread(work):
+                thread = threading.Thread(target=work)
+                thread.start()
+                return thread
+            """
+        done = subprocess.run([sys.executable, "-c", begin + code], capture_output=True, text=True, check=False,
+                              env={**os.environ, "SCENE": os.fspath(SCENES / "furnace.gltf"), "POCL_CACHE_DIR": os.fspath(self.folder)})
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done.stdout
+
+    def test_leave_the_handlers_of_signals_as_they_were(self):
+        self.assertEqual(self.run_apart("""
+            eikon.devices()
+            before, seen = caught(), []
+            def work(seed):
+                eikon.render(scene, size=(8, 8), spp=4, seed=seed, progress=lambda _: seen.append(caught()))
+            for thread in [on_thread(lambda: work(seed)) for seed in range(2)]:
+                thread.join()
+            print(caught() == before)
+            try:
+                os.kill(os.getpid(), signal.SIGINT)
+                threading.Event().wait(60)
+            except KeyboardInterrupt:
+                print("interrupted")
+            """), "True\ninterrupted\n")
+
+    def test_keep_a_handler_that_was_set_meanwhile(self):
+        self.assertEqual(self.run_apart("""
+            begun, may_end = threading.Event(), threading.Event()
+            def progress(_):
+                begun.set()
+                return not may_end.is_set()
+            thread = on_thread(lambda: eikon.render(scene, size=(64, 64), spp=1 << 24, progress=progress))
+            begun.wait()
+            signal.signal(signal.SIGTERM, lambda *_: print("mine"))
+            may_end.set()
+            thread.join()
+            os.kill(os.getpid(), signal.SIGTERM)
+            """), "mine\n")
+
+
 class Errors(Package):
     def test_are_of_one_kind_for_each_exit_code_with_the_line_of_the_program(self):
         for kind, code, words, arguments in (
