@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <iostream>
+#include <mutex>
 
 namespace eikon {
 namespace {
@@ -22,6 +23,11 @@ int leave_process(int code) {
   std::cout.flush();
   std::fflush(nullptr);
   std::_Exit(code);
+}
+
+void leave_process_at_exit() {
+  static std::once_flag once;
+  std::call_once(once, [] { (void)on_exit([](int code, void*) { (void)leave_process(code); }, nullptr); });
 }
 
 }  // namespace eikon

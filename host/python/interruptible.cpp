@@ -15,6 +15,8 @@
 #include <mutex>
 #include <thread>
 
+#include "core/lost_threads.h"
+
 namespace nb = nanobind;
 
 namespace eikon::python {
@@ -85,6 +87,17 @@ class HeldInterrupt {
   sigset_t set_{}, before_{};
 };
 
+/// Sees to it that threads which the work has lost do not keep Python from ending.
+class NotedLoss {
+ public:
+  NotedLoss() = default;
+  ~NotedLoss() {
+    if (lost_threads() > 0) leave_process_at_exit();
+  }
+  NotedLoss(const NotedLoss&) = delete;
+  NotedLoss& operator=(const NotedLoss&) = delete;
+};
+
 bool is_main_thread() { return getpid() == static_cast<pid_t>(syscall(SYS_gettid)); }
 
 /// Waits for the end of the work. Returns what a handler of Python raised, or null.
@@ -111,6 +124,7 @@ std::exception_ptr watch(const std::future<void>& work, const HeldInterrupt& hel
 void run_interruptible(const std::function<void(std::atomic<bool>&)>& work) {
   std::atomic<bool> stop = false;
   const KeptHandlers handlers;
+  const NotedLoss loss;
   if (!is_main_thread()) {
     const nb::gil_scoped_release released;
     return work(stop);

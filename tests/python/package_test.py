@@ -161,10 +161,8 @@ class OtherThreads(Package):
     def test_leave_the_handlers_of_signals_as_they_were(self):
         self.assertEqual(self.run_apart("""
             eikon.devices()
-            before, seen = caught(), []
-            def work(seed):
-                eikon.render(scene, size=(8, 8), spp=4, seed=seed, progress=lambda _: seen.append(caught()))
-            for thread in [on_thread(lambda: work(seed)) for seed in range(2)]:
+            before = caught()
+            for thread in [on_thread(lambda: eikon.render(scene, size=(8, 8), spp=4)) for _ in range(2)]:
                 thread.join()
             print(caught() == before)
             try:
@@ -187,6 +185,21 @@ class OtherThreads(Package):
             thread.join()
             os.kill(os.getpid(), signal.SIGTERM)
             """), "mine\n")
+
+
+class Exit(Package):
+    def test_is_not_held_up_by_a_driver_that_hangs_and_has_its_code(self):
+        code = """if True:
+            import atexit, eikon, sys
+            atexit.register(print, "at exit")
+            try:
+                eikon.render(sys.argv[1], size=(8, 8), spp=2)
+            except eikon.DeviceError as error:
+                print("refused")
+            sys.exit(9)"""
+        done = subprocess.run([sys.executable, "-c", code, SCENES / "furnace.gltf"], capture_output=True, text=True, check=False, timeout=120,
+                              env={**os.environ, "EIKON_FAULT": "device:0:hang", "EIKON_WATCHDOG": "1"})
+        self.assertEqual((done.returncode, done.stdout, done.stderr), (9, "refused\nat exit\n", ""))
 
 
 class Errors(Package):
