@@ -236,6 +236,18 @@ class Errors(Package):
             eikon.read(SCENES / "tiles_color.png")
         self.assertEqual(list(self.folder.iterdir()), [])
 
+    def test_standard_output_stays_that_of_python(self):
+        part = eikon.render(SCENES / "furnace.gltf", size=(4, 4), samples=(0, 2))
+        before = os.fstat(1)
+        for key in ("output", "stats", "png", "report", "profile", "checkpoint"):
+            for name in ("-", pathlib.Path("-")):
+                with self.assertRaisesRegex(eikon.UsageError, f"{key}: standard output belongs to Python"):
+                    eikon.render(SCENES / "furnace.gltf", size=(4, 4), spp=2, **{key: name})
+        for flags in ({"output": "-"}, {"png": "-"}):
+            with self.assertRaisesRegex(eikon.UsageError, "standard output belongs to Python"):
+                eikon.merge([part], **flags)
+        self.assertTrue(os.path.samestat(before, os.fstat(1)))
+
     def test_notes_say_what_was_left_out(self):
         scene = eikon.Scene()
         scene.add(scene.mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], material=scene.material(extensions={"NOBODY_knows": {}})))

@@ -90,8 +90,16 @@ def text_of(flag: str, value: Any) -> str:
     return repr(value)
 
 
+def named(key: str, text: str) -> str:
+    """The text of a value, which names no standard output: the program keeps that for a file, and Python would lose it."""
+    if text == "-":
+        raise _eikon.UsageError(f"{key}: standard output belongs to Python; name a file")
+    return text
+
+
 def words_of(flags: Dict[str, Any]) -> List[str]:
-    """The flags of the command line that keywords stand for; those that are None or False are left out."""
+    """The flags of the command line that keywords stand for; those that are None or False are left out. raises
+    UsageError"""
     words = []
     for key, value in flags.items():
         flag = "--" + key.rstrip("_").replace("_", "-")
@@ -100,7 +108,7 @@ def words_of(flags: Dict[str, Any]) -> List[str]:
         if value is True and key not in ON_OR_OFF:
             words.append(flag)
         else:
-            words.append(f"{flag}={text_of(key, value)}")
+            words.append(f"{flag}={named(key, text_of(key, value))}")
     return words
 
 
@@ -148,7 +156,7 @@ class SceneFile:
 
 def outputs_of(flags: Dict[str, Any]) -> Dict[str, Path]:
     """Takes the files that a render is to leave out of the flags."""
-    return {key: Path(flags.pop(key)) for key in ("output", "stats") if flags.get(key) is not None}
+    return {key: Path(named(key, os.fspath(flags.pop(key)))) for key in ("output", "stats") if flags.get(key) is not None}
 
 
 def render(scene: SceneLike, *, spp: Optional[int] = None, size: Optional[Tuple[int, int]] = None,
@@ -204,7 +212,7 @@ def merge(parts: Sequence[Union[Picture, PathLike]], output: Optional[PathLike] 
     raises  InputError when the parts are not of one image, or hold a sample twice
     """
     folder = TemporaryFolder() if output is None else None
-    file = folder.path / "merged.exr" if folder else Path(os.fspath(output or ""))
+    file = folder.path / "merged.exr" if folder else Path(named("output", os.fspath(output or "")))
     files = [os.fspath(part.path if isinstance(part, Picture) else part) for part in parts]
     if _eikon.merge([*files, f"--output={file}", "--quiet", *words_of(flags)]) != 0:
         warnings.warn("merge: samples between those of the parts are missing", stacklevel=2)
