@@ -197,6 +197,38 @@ class Orders(unittest.TestCase):
                 self.assertEqual(self.children(viewer), [])
             self.assertEqual(viewer.end(), (0, "", ""))
 
+    def drop(self, viewer, name):
+        body = CORNELL.read_bytes()
+        return viewer.ask("POST", f"/api/drop?name={name}", body)[0]
+
+    def dropped(self):
+        return sorted(file.name for file in self.folder.glob("eikon_view_*/*/*"))
+
+    def test_the_scene_that_is_shown_is_the_one_that_is_kept(self):
+        with Viewer(EIKON, self.folder, CORNELL, *SMALL) as viewer:
+            viewer.wait_for("done")
+            for part in range(8):
+                answers = self.at_once(8, lambda number: self.drop(viewer, f"scene-{part}-{number}.gltf"))
+                self.assertIn(200, answers)
+                news, _ = viewer.wait_for("done", viewer.news()[0]["status"]["look_number"])
+                self.assertEqual(self.dropped(), [news["status"]["scene"]["name"]])
+            self.assertEqual(viewer.end(), (0, "", ""))
+
+    def test_a_scene_stays_while_a_final_render_may_read_it(self):
+        with Viewer(EIKON, self.folder, CORNELL, "--size", "64x48", "--spp", "100000000") as viewer:
+            self.assertEqual(self.drop(viewer, "rendered.gltf"), 200)
+            viewer.wait_for("rendering", 2)
+            self.assertEqual(viewer.ask("POST", "/api/render", b"{}")[0], 200)
+            self.assertEqual(self.drop(viewer, "next.gltf"), 200)
+            self.assertEqual(self.dropped(), ["next.gltf", "rendered.gltf"])
+            viewer.ask("POST", "/api/stop", b"{}")
+            begin = time.monotonic()
+            while viewer.news()[0]["final"]["state"] == "running" and time.monotonic() - begin < LIMIT_S:
+                time.sleep(0.02)
+            self.assertEqual(self.drop(viewer, "last.gltf"), 200)
+            self.assertEqual(self.dropped(), ["last.gltf"])
+            self.assertEqual(viewer.end(), (0, "", ""))
+
     def children(self, viewer):
         """Processes that the server started and has not waited for."""
         found = []

@@ -50,9 +50,15 @@ void DroppedFiles::finish(Incoming& incoming) {
 
 void DroppedFiles::keep(const Incoming& incoming) {
   const std::lock_guard lock(mutex_);
-  std::error_code ignored;
-  if (!kept_.empty()) std::filesystem::remove_all(kept_.parent_path(), ignored);
+  if (!kept_.empty()) old_.push_back(kept_);
   kept_ = incoming.path;
+}
+
+void DroppedFiles::remove_old() {
+  const std::lock_guard lock(mutex_);
+  std::error_code ignored;
+  for (const std::filesystem::path& file : old_) std::filesystem::remove_all(file.parent_path(), ignored);
+  old_.clear();
 }
 
 void DroppedFiles::drop(Incoming& incoming) {

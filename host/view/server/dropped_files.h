@@ -6,6 +6,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include "view/server/private_folder.h"
 
@@ -14,7 +15,8 @@ namespace eikon {
 /// The longest scene file that a page may send, in bytes.
 inline constexpr std::uint64_t kMostDropped = std::uint64_t{256} << 20;
 
-/// Scene files that a page has sent, in a folder of their own that is removed at the end. The last one is kept.
+/// Scene files that a page has sent, in a folder of their own that is removed at the end. The last one is kept, and those before
+/// it until somebody says that they are not read any more.
 class DroppedFiles {
  public:
   /// A file to be written.
@@ -26,17 +28,20 @@ class DroppedFiles {
   /// throws UsageError unless it is that of a .gltf or .glb, of letters, digits, blanks, -, _ and .; InputError if there is no
   ///        room for it
   [[nodiscard]] Incoming begin(const std::string& name);
-  /// The file is whole. throws InputError if it could not be written
+  /// Closes a file that has arrived completely. throws InputError if it could not be written
   static void finish(Incoming& incoming);
-  /// It is kept, and the one before it goes.
+  /// Keeps this file instead of the one that was kept before.
   void keep(const Incoming& incoming);
-  /// It is not wanted.
+  /// Removes the files that were kept before the last one.
+  void remove_old();
+  /// Removes a file that is not needed.
   static void drop(Incoming& incoming);
 
  private:
   std::mutex mutex_;  // guards what follows
   std::unique_ptr<PrivateFolder> folder_;  // null: no file has come yet
   std::filesystem::path kept_;
+  std::vector<std::filesystem::path> old_;  // that were kept before, as long as they are there
   std::uint64_t count_ = 0;
 };
 

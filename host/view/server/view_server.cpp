@@ -199,17 +199,12 @@ void ViewServer::add_orders() {
       throw UsageError("view: the file did not come as a whole; drop it again");
     }
     DroppedFiles::finish(incoming);
-    try {
-      session_.open(incoming.path.string());
-    } catch (...) {
-      DroppedFiles::drop(incoming);
-      throw;
-    }
-    dropped_.keep(incoming);
+    show(incoming);
     response.set_content("{}", "application/json");
   };
   server.Post(kDrop, httplib::Server::HandlerWithContentReader(receive));
   server.Post("/api/render", [this](const httplib::Request&, httplib::Response& response) {
+    const std::lock_guard lock(scene_);
     const std::vector<std::string> words = session_.words();
     if (words.empty()) throw UsageError("view: there is no picture yet that could be rendered");
     final_.start(words, std::filesystem::path(words.front()).stem().string() + "-view");
@@ -219,6 +214,18 @@ void ViewServer::add_orders() {
     final_.stop();
     response.set_content("{}", "application/json");
   });
+}
+
+void ViewServer::show(DroppedFiles::Incoming& scene) {
+  const std::lock_guard lock(scene_);
+  try {
+    session_.open(scene.path.string());
+  } catch (...) {
+    DroppedFiles::drop(scene);
+    throw;
+  }
+  dropped_.keep(scene);
+  if (!final_.is_running()) dropped_.remove_old();  // it may be loading one
 }
 
 std::string ViewServer::address() const { return fmt::format("http://127.0.0.1:{}/?token={}", port_, token_); }

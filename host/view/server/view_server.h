@@ -3,6 +3,7 @@
 #pragma once
 #include <atomic>
 #include <memory>
+#include <mutex>
 #include <string>
 
 #include "view/server/dropped_files.h"
@@ -56,10 +57,14 @@ class ViewServer {
   std::string token_;
   int port_;
   std::unique_ptr<Http> http_;
+  std::mutex
+      scene_;  // held while another scene takes the place of the one that is shown, or a final render of that is started
 
   void guard();
   void add_handlers();
   void add_orders();
+  /// Shows a scene instead of the one before. throws InputError, and removes its file, if it cannot be opened now
+  void show(DroppedFiles::Incoming& scene);
 };
 
 }  // namespace eikon
