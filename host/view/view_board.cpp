@@ -15,7 +15,6 @@ namespace eikon {
 namespace {
 
 constexpr double kWatch_s = 0.5;         // between two looks at the files
-constexpr double kLongestPath_s = 60;    // until a path is traced again: its program may have to be compiled
 constexpr std::size_t kMostWaiting = 4;  // paths
 
 std::chrono::duration<double> seconds(double s) { return std::chrono::duration<double>(s); }
@@ -36,6 +35,7 @@ void ViewBoard::set_engine(std::shared_ptr<EngineOrders> orders, bool is_other_s
   orders_->over = orders_->stop = true;
   orders_ = std::move(orders);
   if (ended_) orders_->over = orders_->stop = true;
+  paths_.clear();  // of the picture of the engine before
   if (is_other_scene) {
     ViewLook first{.flags = {{"--size", wanted_.flags.at("--size")}}, .png = wanted_.png};
     wanted_ = std::move(first);
@@ -84,7 +84,7 @@ std::vector<std::string> ViewBoard::words() {
   return words;
 }
 
-Json ViewBoard::path(const PixelSample& at) {
+Json ViewBoard::path(const PixelSample& at, double most_s) {
   const auto request = std::make_shared<PathRequest>(PathRequest{.at = at});
   std::unique_lock lock(mutex_);
   if (paths_.size() >= kMostWaiting) throw InputError("view: other paths are traced first; try again");
@@ -92,8 +92,11 @@ Json ViewBoard::path(const PixelSample& at) {
   paths_.push_back(request);
   asked->stop = true;
   changed_.notify_all();
-  changed_.wait_for(lock, seconds(kLongestPath_s), [&] { return ended_ || request->over || orders_ != asked; });
-  if (!request->over) throw InputError("view: the path was not traced in time; try again");
+  changed_.wait_for(lock, seconds(most_s), [&] { return ended_ || request->over || orders_ != asked; });
+  if (!request->over) {
+    std::erase(paths_, request);
+    throw InputError("view: the path was not traced in time; try again");
+  }
   if (!request->error.empty()) throw InputError(request->error);
   return Json::parse(request->answer);
 }

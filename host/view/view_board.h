@@ -62,8 +62,8 @@ class ViewBoard {
   void pause(bool is_paused);
   [[nodiscard]] ViewNews news(std::uint64_t version, double most_s);
   [[nodiscard]] std::vector<std::string> words();
-  /// Waits until the engine has answered. throws InputError
-  [[nodiscard]] Json path(const PixelSample& at);
+  /// Waits until the engine has answered, but at most for so long. throws InputError
+  [[nodiscard]] Json path(const PixelSample& at, double most_s);
   /// From now on the board listens to the engine with these orders, and tells the one before it to end. The engine begins
   /// with the look in force, or, for another scene, with the view that its file has.
   void set_engine(std::shared_ptr<EngineOrders> orders, bool is_other_scene);

@@ -14,6 +14,7 @@ namespace eikon {
 namespace {
 
 constexpr double kPatience_s = 0.3;      // with threads, at the end
+constexpr double kLongestPath_s = 60;    // until a path is traced again: its program may have to be compiled
 constexpr std::size_t kMostThreads = 3;  // one that is listened to, and others that load what nobody wants any more
 
 }  // namespace
@@ -44,7 +45,7 @@ void ViewSession::open(const std::string& scene) {
   start(true);
 }
 
-Json ViewSession::path(const PixelSample& at) { return board_->path(at); }
+Json ViewSession::path(const PixelSample& at) { return board_->path(at, kLongestPath_s); }
 
 void ViewSession::start(bool is_other_scene) {
   const auto orders = std::make_shared<EngineOrders>();
