@@ -93,18 +93,17 @@ void parse_light_paths(const std::string& text, SceneOptions& options) {
   options.light_paths = parse_number<double>("--light-paths", text, 0, kMostLightPathRatio);
 }
 
-/// A constant R,G,B if the text begins with a number, `none` or `neutral`, else the file of a map.
 void parse_environment(const std::string& text, EnvironmentOptions& environment) {
+  if (names_environment_file(text)) {
+    environment.map = text;
+    return;
+  }
   if (text == "none") {
     environment.radiance = glm::vec3(0.0F);
     return;
   }
   if (text == "neutral") {
     environment.neutral = true;
-    return;
-  }
-  if (!number_in<double>(text.substr(0, text.find(',')))) {
-    environment.map = text;
     return;
   }
   const glm::dvec3 radiance = parse_vector("--env", text);

@@ -10,6 +10,7 @@
 
 #include "core/clock.h"
 #include "core/error.h"
+#include "io/text.h"
 #include "job/sequence/poses.h"
 #include "scene/environment/environment.h"
 #include "scene/environment/studio.h"
@@ -314,6 +315,10 @@ void settle_light_paths(const SceneOptions& options, const Scene& scene, Setting
 }
 
 }  // namespace
+
+bool names_environment_file(const std::string& text) {
+  return text != "none" && text != "neutral" && !number_in<double>(text.substr(0, text.find(',')));
+}
 
 AnimationChoice AnimationOptions::choice() const {
   AnimationChoice choice{.animation = name, .time_s = frame ? double(*frame) / fps : time_s, .loop = loop};

@@ -43,6 +43,10 @@ struct EnvironmentOptions {
   double scale = 1, rotate_deg = 0;   // of whichever environment is used
 };
 
+/// Returns true if what --env takes names the file of a map. Else it is `none`, `neutral`, or R,G,B, as all is that begins with
+/// a number.
+[[nodiscard]] bool names_environment_file(const std::string& text);
+
 /// `direct` is `path` with at most two edges.
 enum class IntegratorChoice { path, direct, whitted, raycast };
 

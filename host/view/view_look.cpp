@@ -10,6 +10,7 @@
 
 #include "core/error.h"
 #include "io/text.h"
+#include "job/prepare.h"
 
 namespace eikon {
 namespace {
@@ -31,8 +32,7 @@ std::string flag_text(const std::string& name, const Json& value) {
   const std::string& text = value.get_ref<const std::string&>();
   if (text.empty() || text.size() > kLongestValue)
     throw UsageError(fmt::format("view: the value of {} has 1 to {} bytes", name, kLongestValue));
-  const bool is_number = number_in<double>(text.substr(0, text.find(','))).has_value();
-  if (name == "--env" && text != "none" && text != "neutral" && !is_number)
+  if (name == "--env" && names_environment_file(text))
     throw UsageError("view: --env takes none, neutral or R,G,B here; name a file on the command line of `eikon view`");
   return text;
 }

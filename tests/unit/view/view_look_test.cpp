@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "job/prepare.h"
 #include "view/server/view_server.h"
 
 namespace eikon {
@@ -33,6 +34,11 @@ TEST(ViewLook, environments_are_words_or_numbers_and_no_files) {
   for (const char* value : {"none", "neutral", "1,2,3", "0.5", "1e3,0,0"}) EXPECT_NO_THROW(look_at(value)) << value;
   for (const char* value : {"sky.hdr", "/etc/passwd", "./1,2,3", "1.hdr", "~/a", "neutral2", " 1", "-"})
     EXPECT_THROW(look_at(value), UsageError) << value;
+  // The command line goes by the same function. What is wrong with numbers, it says itself.
+  for (const char* value : {"none", "neutral", "1,sky.hdr", "-1", "1e3"})
+    EXPECT_FALSE(names_environment_file(value)) << value;
+  for (const char* value : {"None", "neutral,", ",1", "1.hdr", "x,1", ""})
+    EXPECT_TRUE(names_environment_file(value)) << value;
 }
 
 TEST(ViewLook, sizes_have_a_limit) {
