@@ -23,7 +23,7 @@ struct DeviceInfo {
   bool correctly_rounded_divide_sqrt = false, denormals = false;
   // Kernels of one lane divide by kernels/lanes/division.h instead of the driver's operations.
   bool own_division = false;
-  // Kernels can read the processor's; other drivers end the process that tries.
+  // Kernels can read the processor's cycle counter; other drivers end the process that tries.
   bool cycle_counter = false;
   // Why it cannot be used (not available, no compiler, ...); empty: it can.
   std::string unusable;

@@ -40,8 +40,8 @@ struct Scenery {
 /// The words of a view for another scene than before: without what was meant for that one.
 [[nodiscard]] std::vector<std::string> words_of_other_scene(const std::string& scene, std::vector<std::string> given);
 
-/// Makes sceneries, and keeps what the next look is likely to need again: the scene, its trees, and the environment. Of one
-/// thread.
+/// Makes sceneries, and keeps what the next look is likely to need again: the scene, its trees, and the environment. Only one
+/// thread may use it.
 class SceneryLoader {
  public:
   /// given  the words behind `eikon view` that `eikon render` knows, too

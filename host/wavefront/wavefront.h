@@ -36,7 +36,7 @@ struct UnitResult {
   std::vector<PixelSample> rejected;    // the first few of both, without splats
 };
 
-/// Renders units of one image on one device. Of one thread, which may hang in a call of the driver.
+/// Renders units of one image on one device. Only one thread may use it, and that may hang in a call of the driver.
 class Wavefront {
  public:
   /// Compiles the program, uploads the scene and allocates the buffers for paths in flight.
