@@ -76,6 +76,7 @@ struct Wavefront::Impl {
         counters(on, config, features, execution.trace.get()),
         depths(on, config, stages, counters),
         timeline(execution.trace.get()) {
+    for (std::size_t i = 0; i < in_flight.size(); ++i) in_flight[i].index = i;
     state = path_state_layout(features, config.chunked);
     frame = pack_frame(packed, settings);
     filter = filter_table(settings.filter);
@@ -249,13 +250,12 @@ struct Wavefront::Impl {
   /// Launches the film stage, whose work-items own pixels instead of paths, and reads its sums
   /// back.
   void run_film(UnitInFlight& current) {
-    const auto which = std::size_t(&current - in_flight.data());
     const std::uint32_t pixel_count = current.frame.pixel_count;
     const bool packs = !config.chunked;
     if (config.chunked) {
       device.run(current.film, divide_up(pixel_count, EK_FILM_PIXELS), 1, current.frame.path_count);
     } else {
-      device.write_later(work.packed[which], &kNoneWide, sizeof kNoneWide);
+      device.write_later(work.packed[current.index], &kNoneWide, sizeof kNoneWide);
       device.run(current.film, divide_up(pixel_count, kWorkGroup), kWorkGroup, current.frame.path_count);
       device.run(current.pack_sums, divide_up(pixel_count, kWorkGroup), kWorkGroup);
     }
@@ -269,17 +269,16 @@ struct Wavefront::Impl {
                         4 * (film_shape.channels + m) * std::size_t{frame.film_stride});
     if (packs) {
       current.summed =
-          device.read_beside(work.packed[which], current.packed.words().data(), current.packed.size_bytes());
+          device.read_beside(work.packed[current.index], current.packed.words().data(), current.packed.size_bytes());
     } else {
-      device.read_beside(work.rejected[which], current.rejected.data(), 4 * current.rejected.size());
-      current.summed = device.read_beside(work.sums[which], current.sums.data(), 4 * current.sums.size());
+      device.read_beside(work.rejected[current.index], current.rejected.data(), 4 * current.rejected.size());
+      current.summed = device.read_beside(work.sums[current.index], current.sums.data(), 4 * current.sums.size());
     }
     device.flush();
   }
 
   /// Waits for what the film stage left, and fetches what is seldom needed.
   void collect_sums(UnitInFlight& current) {
-    const auto which = std::size_t(&current - in_flight.data());
     device.wait(current.summed);
     std::memcpy(&current.diagnostics, current.diagnostics_words.words().data(), sizeof current.diagnostics);
     if (config.chunked) return;
@@ -287,12 +286,12 @@ struct Wavefront::Impl {
       device.wait(device.read_beside(from, to.data(), 4 * to.size()));
     };
     if (current.diagnostics.nonfinite + current.diagnostics.saturated > 0)
-      fetch(work.rejected[which], current.rejected);
+      fetch(work.rejected[current.index], current.rejected);
     else
       std::ranges::fill(current.rejected, 0U);
     if (current.packed.words()[0] == 0) return;  // all sums fit
     current.resize(device, film_shape, false);
-    fetch(work.sums[which], current.sums);
+    fetch(work.sums[current.index], current.sums);
   }
 
   /// Renders a unit in one launch.
@@ -323,9 +322,7 @@ struct Wavefront::Impl {
       throw InternalError(
           fmt::format("a unit of {} paths exceeds the pool of {}", unit.path_count(), config.capacity()));
     current.photon_rays = {};
-    if (photons.exists() &&
-        photons.prepare(lights, std::size_t(&current - in_flight.data()), unit, frame, arguments, current.photon_rays))
-      bind();
+    if (photons.exists() && photons.prepare(lights, current.index, unit, frame, arguments, current.photon_rays)) bind();
     current.frame = unit_frame(frame, unit.sample_begin, unit.sample_end, std::uint32_t(pixels.size()));
     device.begin_unit(current.frame.path_count);
     if (sampler) sampler->before(current.frame, pixels);
@@ -345,8 +342,7 @@ struct Wavefront::Impl {
 
   void begin_lights(UnitInFlight& current) {
     const LightPathPlan plan{lights_on ? light_paths.count : 0, light_paths.window};
-    if (traces_lights)
-      lights.begin(current.lights, std::size_t(&current - in_flight.data()), current.unit, plan, frame);
+    if (traces_lights) lights.begin(current.lights, current.index, current.unit, plan, frame);
   }
 
   void launch_rest() {
@@ -366,7 +362,7 @@ struct Wavefront::Impl {
     ++finished;
     if (config.fused) settle_fused(current);
     collect_sums(current);
-    if (traces_lights) lights.finish(current.lights, std::size_t(&current - in_flight.data()));
+    if (traces_lights) lights.finish(current.lights, current.index);
     return current.result(mattes);
   }
 
