@@ -46,7 +46,7 @@ For developers:
   EIKON_KERNEL_DIR=FOLDER         compile these kernels instead of those in the binary
   EIKON_LANES=1|8|16              compile kernels that wide: 1 as for GPUs, 8 or 16 as for CPUs
   EIKON_STAGES=fused|unfused      run all stages of a CPU device in one launch, or each in its own
-  EIKON_UNIT_PATHS=N              most paths of a unit of work, 64 to 33554432 [by device]
+  EIKON_UNIT_PATHS=N              most paths of a unit of work, 64 to 33554432, on CPUs to 8388608 [by device]
   EIKON_UNIT_BLOCK=N              largest side of the block of pixels of a unit, 1 to 2048 [by device]
   EIKON_NO_OPTIMISE=1             compile kernels without optimisation, as Oclgrind needs
   EIKON_DUMP_PROGRAMS=FOLDER      write each program and its options as the driver's compiler gets them

@@ -108,6 +108,9 @@ inline constexpr double kMostLightPathRatio = 4;  // light paths for each path f
 /// Storage of meshes with several instances.
 enum class InstanceMode { automatic, two_level, flat };
 
+/// The most paths that a unit of work may have.
+inline constexpr std::uint32_t kMostUnitPaths = 1U << 25;
+
 /// The way in which the work is done. Nothing of it changes the image's bits.
 struct Execution {
   std::string devices = "all";

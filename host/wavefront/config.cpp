@@ -9,20 +9,20 @@
 #include "device/kernel_sources.h"
 #include "shared/guide.h"
 #include "wavefront/stages/light_stages.h"
+#include "wavefront/unit_shrink.h"
 
 namespace eikon {
 
 namespace {
 
 constexpr std::uint64_t kPathBytes = 256;  // rough size of state and film slots of a path with all features
-constexpr std::uint32_t kLeastPool = 1U << 10;  // smaller units are slow, and save little beside the scene
 constexpr std::uint32_t kMostPool = 1U << 22;
 constexpr std::uint32_t kMostExactPaths =
     1U << 23;  // kernels of several lanes number no more (kernels/stages/path_state.h)
 // A device that launches each stage has a fixed cost for each depth of a unit, whatever the unit's size. An H200 takes 0.09 to 0.16 ms
 // for each of the 25 to 80 depths of a unit that have less than 2^16 paths: with units of 2^23 paths 15 % of the time in cornell.gltf
 // and 36 % in cornell_spheres.gltf (tools/gpu/MODEL.md).
-constexpr std::uint32_t kLeastQueuePool = 1U << 20, kMostQueuePool = 1U << 25;
+constexpr std::uint32_t kLeastQueuePool = 1U << 20;
 constexpr std::uint64_t kResident = 2048, kRoundsOfItems = 128;  // work-items that a compute unit holds; rounds of them
 // A unit with fewer samples of each pixel is smaller than the pool: sums take memory, too.
 constexpr std::uint32_t kSamplesToFill = 32;
@@ -36,7 +36,7 @@ constexpr std::uint32_t kChunksPerWorker = 32;  // so many that the wait for the
 std::uint64_t usual_pool(const WavefrontConfig& config, const DeviceInfo& device, std::uint32_t chunk) {
   if (!config.chunked)
     return std::clamp(std::bit_floor(kRoundsOfItems * kResident * device.compute_units), std::uint64_t{kLeastQueuePool},
-                      std::uint64_t{kMostQueuePool});
+                      std::uint64_t{kMostUnitPaths});
   std::uint64_t paths = 1U << 18;
   while (config.fused && paths < kMostPool && paths / chunk < kChunksPerWorker * config.workers) paths *= 2;
   return paths;
@@ -65,7 +65,7 @@ WavefrontConfig configure(const DeviceInfo& device, const Execution& execution) 
   chunk = std::max(chunk / 16, 1U) * 16;
   std::uint64_t paths = execution.unit_paths != 0 ? execution.unit_paths : usual_pool(config, device, chunk);
   const std::uint64_t memory = available_bytes(device, execution);
-  while (execution.unit_paths == 0 && paths > kLeastPool && paths * kPathBytes > memory / 4) paths /= 2;
+  while (execution.unit_paths == 0 && paths > kLeastUnitPaths && paths * kPathBytes > memory / 4) paths /= 2;
   if (config.chunked) paths = std::min<std::uint64_t>(paths, kMostExactPaths);
   const auto whole = [&](std::uint32_t grain) { return std::max(std::uint32_t(paths) / grain, 1U); };
   config.chunk = config.chunked ? chunk : whole(kWorkGroup) * kWorkGroup;
