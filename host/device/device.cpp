@@ -324,6 +324,11 @@ void Device::run(const Kernel& kernel, std::size_t groups, std::size_t local, st
   Kernel::Impl& k = *kernel.impl_;
   impl_->may_fail(Fault::Call::launch, "launching kernel '" + k.name + "'");
   const std::size_t global = groups * local;
+  if (!k.launched && local > kernel.most_work_items())
+    throw DeviceError(fmt::format(
+        "kernel '{}' is to run with {} work-items in a work-group on device '{}', which takes {}; try another device "
+        "(--devices)",
+        k.name, local, impl_->info.name, kernel.most_work_items()));
   const double begin = k.launched ? 0 : host_seconds();
   cl_event event = nullptr;
   impl_->check(

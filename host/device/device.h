@@ -121,7 +121,7 @@ class Kernel {
   /// Sets one scalar argument for the launches that follow, if the kernel has one of that name.
   void set(const std::string& argument, std::uint32_t value);
   [[nodiscard]] const std::string& name() const;
-  /// The most work-items that the device can have in a work-group of this kernel.
+  /// The most work-items that the device can have in a work-group of this kernel. throws DeviceError
   [[nodiscard]] std::size_t most_work_items() const;
   struct Impl;
 

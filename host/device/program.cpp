@@ -175,7 +175,9 @@ const std::string& Kernel::name() const { return impl_->name; }
 
 std::size_t Kernel::most_work_items() const {
   std::size_t count = 1;
-  clGetKernelWorkGroupInfo(impl_->kernel.get(), nullptr, CL_KERNEL_WORK_GROUP_SIZE, sizeof count, &count, nullptr);
+  cl_check(
+      clGetKernelWorkGroupInfo(impl_->kernel.get(), nullptr, CL_KERNEL_WORK_GROUP_SIZE, sizeof count, &count, nullptr),
+      "asking for the work-group size of kernel '" + impl_->name + "'", impl_->program->device);
   return count;
 }
 

@@ -4,10 +4,13 @@
 
 #include <gtest/gtest.h>
 
+#include <fmt/format.h>
+
 #include <atomic>
 #include <thread>
 #include <vector>
 
+#include "core/error.h"
 #include "device/probes.h"
 
 namespace eikon {
@@ -56,6 +59,28 @@ TEST(Device, notes_times_only_if_they_are_wanted) {
     }
     EXPECT_EQ(device.profiler().gaps().launches, timed ? 1U : 0U);
   }
+}
+
+TEST(Device, says_which_kernel_cannot_have_the_work_group_that_it_is_to_have) {
+  Device device(select_devices("all").front());
+  const Program program =
+      device.build("kernel void add_one(global uint* words) { words[get_global_id(0)] += 1; }\n", {});
+  const Buffer words = device.upload(std::vector<std::uint32_t>(4));
+  Arguments arguments;
+  arguments.set("words", words);
+  Kernel kernel = program.kernel("add_one");
+  kernel.bind(arguments);
+  const std::size_t most = kernel.most_work_items();
+  try {
+    device.run(kernel, 1, most + 1);
+    ADD_FAILURE() << "no error";
+  } catch (const DeviceError& error) {
+    const std::string line = error.what();
+    EXPECT_NE(line.find("kernel 'add_one'"), std::string::npos) << line;
+    EXPECT_NE(line.find(fmt::format("which takes {};", most)), std::string::npos) << line;
+  }
+  device.run(kernel, 1, 4);
+  EXPECT_EQ(device.read_all<std::uint32_t>(words), std::vector<std::uint32_t>(4, 1));
 }
 
 }  // namespace
