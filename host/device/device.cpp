@@ -265,7 +265,13 @@ void Device::fill_zero(const Buffer& buffer) {
 }
 
 void Device::read(const Buffer& buffer, void* data, std::size_t bytes, std::size_t offset) {
-  wait(read_later(buffer, data, bytes, offset));
+  const Ticket ticket = read_later(buffer, data, bytes, offset);
+  try {
+    wait(ticket);
+  } catch (...) {
+    drain();  // the read may be under way, and its destination ends with the caller
+    throw;
+  }
 }
 
 Ticket Device::read_later(const Buffer& buffer, void* data, std::size_t bytes, std::size_t offset) {

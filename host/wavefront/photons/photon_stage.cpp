@@ -52,12 +52,13 @@ bool PhotonStage::prepare(LightStages& lights, std::size_t which, const WorkUnit
   emitting.light_path_count = std::uint32_t(plan_.paths);
   // Light paths know their replicate and generation by a number of the same form as that of a sample.
   const std::uint64_t replicates = std::uint64_t{1} << frame.replicate_bits;
-  LightUnit found;
-  lights.find_photons(found, which, {generation * replicates, (generation + 1) * replicates}, emitting);
-  rays += found.rays;
+  found_ = {};
+  lights.find_photons(found_, which, {generation * replicates, (generation + 1) * replicates}, emitting);
+  rays += found_.rays;
   device_->finish();  // units under way read the maps before
-  map_ = make_photon_map(std::move(found.splats), frame.photon_radius2, frame.photon_cell_scale);
+  map_ = make_photon_map(std::move(found_.splats), frame.photon_radius2, frame.photon_cell_scale);
   frame.photon_bucket_mask = std::uint32_t(map_.buckets.size() - 2);
+  found_ = {};
   share(arguments);
   generation_ = generation;
   return true;

@@ -35,6 +35,7 @@ class PhotonStage {
   PhotonPlan plan_;
   float first_radius2_ = 0;
   std::optional<std::uint64_t> generation_;  // whose maps are there
+  LightUnit found_;                          // photons under way; after an error transfers may still use it
   PhotonMap map_;                            // device buffers may be its memory
 
   void share(Arguments& arguments);
