@@ -57,6 +57,7 @@ struct Ticket::Impl {
   ClEvent event;
   void* data = nullptr;  // destination
   std::size_t bytes = 0;
+  std::uint64_t number = 0;  // of the device's commands, in the order of enqueuing
 };
 
 struct Program::Impl {

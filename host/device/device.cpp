@@ -58,10 +58,12 @@ struct Device::Impl {
     std::string name;
     ClEvent event;
     std::uint64_t items = 0, bytes = 0;
-    bool beside = false;
+    std::uint64_t number = 0;                           // of the commands of both queues, in the order of enqueuing
     std::shared_ptr<Program::Impl> first_of = nullptr;  // whose kernel `name` runs for the first time
   };
-  std::deque<Pending> pending;
+  // Commands that the profiler has yet to get, of `queue` and of `beside`. Those of a queue end in order.
+  std::deque<Pending> pending, pending_beside;
+  std::uint64_t enqueued = 0;  // commands of both queues
 
   // Programs by flags and text, in the order of their last use. Each holds megabytes of the
   // driver's.
@@ -82,32 +84,35 @@ struct Device::Impl {
   }
 
   /// Gives a finished command to the profiler. Returns its seconds; 0 where times are not wanted.
-  double count(const Pending& done) {
+  double count(const Pending& done, bool on_other_queue) {
     if (!info.timed) return profiler.count(done.name, done.items, done.bytes), 0;
     const double begin = timestamp_s(done.event.get(), CL_PROFILING_COMMAND_START);
     const double end = timestamp_s(done.event.get(), CL_PROFILING_COMMAND_END);
-    if (done.beside)
+    if (on_other_queue)
       profiler.record_beside(done.name, begin + clock_offset_s, end + clock_offset_s, done.bytes);
     else
       profiler.record(done.name, begin + clock_offset_s, end + clock_offset_s, done.items, done.bytes);
     return end - begin;
   }
 
-  // Records the events up to `last` (null: all) that are complete. It is called where the host has
-  // waited for the device anyway; events of a queue finish in order.
-  void resolve(cl_event last) {
+  /// Records the commands of one queue up to `last`, as far as they have ended. Returns their seconds.
+  double resolve(std::deque<Pending>& from, std::uint64_t last) {
     double busy_s = 0;
-    for (bool more = true; more && !pending.empty();) {
-      const Pending& front = pending.front();
+    for (; !from.empty() && from.front().number <= last; from.pop_front()) {
+      const Pending& front = from.front();
       cl_int status = CL_QUEUED;
       clGetEventInfo(front.event.get(), CL_EVENT_COMMAND_EXECUTION_STATUS, sizeof status, &status, nullptr);
       if (status < 0) check(status, "command '" + front.name + "'");
       if (status != CL_COMPLETE) break;
-      busy_s += count(front);
+      busy_s += count(front, &from == &pending_beside);
       if (front.first_of) front.first_of->has_run(front.name);
-      more = front.event.get() != last;
-      pending.pop_front();
     }
+    return busy_s;
+  }
+  /// Records all commands that have ended and were enqueued no later than that of the number `last`. It is called where the host has
+  /// waited for the device anyway.
+  void resolve(std::uint64_t last) {
+    const double busy_s = resolve(pending, last) + resolve(pending_beside, last);
     if (info.fault) info.fault->slow_down(busy_s);
   }
 
@@ -123,21 +128,19 @@ struct Device::Impl {
   }
 
   void track(const char* name, cl_event event, std::uint64_t items, std::uint64_t bytes) {
-    pending.push_back({name, ClEvent(event), items, bytes, false});
+    pending.push_back({name, ClEvent(event), items, bytes, ++enqueued});
   }
 
-  cl_event enqueue_write(cl_bool blocking, const Buffer& buffer, const void* data, std::size_t bytes,
-                         std::size_t offset) {
+  void enqueue_write(cl_bool blocking, const Buffer& buffer, const void* data, std::size_t bytes, std::size_t offset) {
     may_fail(Fault::Call::transfer, "a transfer to the device");
     cl_event event = nullptr;
     check(clEnqueueWriteBuffer(queue.get(), buffer.impl_->mem.get(), blocking, offset, bytes, data, 0, nullptr, &event),
           "a transfer to the device");
     track("upload", event, 0, bytes);
-    return event;
   }
   Ticket enqueue_read(bool on_other_queue, const Buffer& buffer, void* data, std::size_t bytes, std::size_t offset) {
     may_fail(Fault::Call::transfer, "a transfer from the device");
-    // The marker comes after everything that was enqueued so far, so all of that is done with it.
+    // The last command of the work was enqueued after all others of its queue, so they have ended when it has.
     const cl_event before = on_other_queue && !pending.empty() ? pending.back().event.get() : nullptr;
     if (before != nullptr) check(clFlush(queue.get()), "submitting work");
     const cl_command_queue on = on_other_queue ? beside.get() : queue.get();
@@ -150,9 +153,10 @@ struct Device::Impl {
     return ticket;
   }
   Ticket track_read(cl_event event, void* data, std::size_t bytes, bool on_other_queue) {
-    pending.push_back({"read back", ClEvent(event), 0, bytes, on_other_queue});
+    (on_other_queue ? pending_beside : pending).push_back({"read back", ClEvent(event), 0, bytes, ++enqueued});
     Ticket ticket;
     ticket.impl_ = std::make_shared<Ticket::Impl>();
+    ticket.impl_->number = enqueued;
     clRetainEvent(event);
     ticket.impl_->event.reset(event);
     ticket.impl_->data = data;
@@ -248,7 +252,8 @@ Buffer Device::upload(const void* data, std::size_t bytes) {
 }
 
 void Device::write(const Buffer& buffer, const void* data, std::size_t bytes, std::size_t offset) {
-  impl_->resolve(impl_->enqueue_write(CL_TRUE, buffer, data, bytes, offset));
+  impl_->enqueue_write(CL_TRUE, buffer, data, bytes, offset);
+  impl_->resolve(impl_->enqueued);
 }
 
 void Device::write_later(const Buffer& buffer, const void* data, std::size_t bytes, std::size_t offset) {
@@ -317,7 +322,7 @@ void Device::wait(const Ticket& ticket) {
   impl_->may_fail(Fault::Call::wait, "waiting for the device");
   const cl_event event = ticket.impl_->event.get();
   impl_->check(clWaitForEvents(1, &event), "waiting for the device");
-  impl_->resolve(event);
+  impl_->resolve(ticket.impl_->number);
   if (impl_->info.fault) impl_->info.fault->spoil(ticket.impl_->data, ticket.impl_->bytes);
 }
 
@@ -359,7 +364,7 @@ void Device::finish() {
   impl_->may_fail(Fault::Call::wait, "waiting for the device");
   impl_->check(clFinish(impl_->queue.get()), "waiting for the device");
   if (impl_->beside) impl_->check(clFinish(impl_->beside.get()), "waiting for the device");
-  impl_->resolve(nullptr);
+  impl_->resolve(impl_->enqueued);
 }
 
 }  // namespace eikon

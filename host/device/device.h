@@ -190,8 +190,8 @@ class Device {
   /// Returns the first `bytes` of a buffer for the host to read, in place where the device shares its memory. Blocks until
   /// everything before it is done. Commands that write to the buffer may be enqueued once all copies of the pointer are gone.
   [[nodiscard]] std::shared_ptr<const void> map(const Buffer& buffer, std::size_t bytes);
-  /// Blocks until the transfer is done. The profile then has every command up to it, and none after
-  /// it.
+  /// Blocks until the transfer is done. The profile then has every command of its queue up to it, and those of the other queue that
+  /// were enqueued before it and have ended, but none that was enqueued after it.
   void wait(const Ticket& ticket);
   /// Memory of the host for transfers. A device with memory of its own reads and writes it while the host goes on; from
   /// other memory a driver may copy at once, for which it waits for all that was enqueued before. It must not outlive the

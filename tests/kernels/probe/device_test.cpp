@@ -61,15 +61,45 @@ TEST(Device, notes_times_only_if_they_are_wanted) {
   }
 }
 
-TEST(Device, says_which_kernel_cannot_have_the_work_group_that_it_is_to_have) {
-  Device device(select_devices("all").front());
-  const Program program =
-      device.build("kernel void add_one(global uint* words) { words[get_global_id(0)] += 1; }\n", {});
-  const Buffer words = device.upload(std::vector<std::uint32_t>(4));
+constexpr const char* kAddOne = "kernel void add_one(global uint* words) { words[get_global_id(0)] += 1; }\n";
+
+/// A kernel that adds one to each of some words.
+Kernel add_one_to(Device& device, const Buffer& words) {
   Arguments arguments;
   arguments.set("words", words);
-  Kernel kernel = program.kernel("add_one");
+  Kernel kernel = device.build(kAddOne, {}).kernel("add_one");
   kernel.bind(arguments);
+  return kernel;
+}
+
+TEST(Device, counts_what_has_ended_also_while_a_transfer_beside_it_is_under_way) {
+  DeviceInfo info = select_devices("all").front();
+  info.cpu = false, info.gpu = true;  // so that it has a queue for transfers beside the work
+  Device device(info);
+  const Buffer large = device.allocate(std::size_t{64} << 20), small = device.upload(std::vector<std::uint32_t>(4));
+  const Kernel kernel = add_one_to(device, small);
+  std::vector<std::uint32_t> copy(large.size_bytes() / 4), words(4);
+  device.fill_zero(large);
+  device.finish();
+  for (std::uint32_t round = 1; round <= 8; ++round) {
+    device.run(kernel, 1, 1);
+    const Ticket beside = device.read_beside(large, copy.data(), 4 * copy.size());
+    device.run(kernel, 1, 1);
+    const Ticket last = device.read_later(small, words.data(), 4 * words.size());
+    device.run(kernel, 1, 1);
+    device.wait(last);
+    EXPECT_EQ(device.profiler().totals().at("add_one").launches, 3 * round - 1) << "those before the transfer";
+    device.wait(beside);
+    device.finish();
+    EXPECT_EQ(device.profiler().totals().at("add_one").launches, 3 * round);
+    EXPECT_EQ(device.profiler().totals().at("read back").launches, 2 * round);
+  }
+}
+
+TEST(Device, says_which_kernel_cannot_have_the_work_group_that_it_is_to_have) {
+  Device device(select_devices("all").front());
+  const Buffer words = device.upload(std::vector<std::uint32_t>(4));
+  const Kernel kernel = add_one_to(device, words);
   const std::size_t most = kernel.most_work_items();
   try {
     device.run(kernel, 1, most + 1);
