@@ -13,34 +13,72 @@
 
 namespace eikon {
 
+WorkBufferSizes work_buffer_sizes(const WavefrontConfig& config, const Features& features, const Settings& settings) {
+  return {.film = {.replicates = 1U << settings.replicate_bits,
+                   .channels = std::uint32_t(features.film_channels().size()),
+                   .mattes = std::uint32_t(features.mattes().ids.size())},
+          .state_words = path_state_layout(features, config.chunked).words,
+          .hit_queues = hit_queue_count(config, features),
+          .logs = features.has(Feature::path_log)};
+}
+
+WorkBytes work_bytes(const WavefrontConfig& config, const WorkBufferSizes& plan) {
+  const FilmShape& film = plan.film;
+  const std::size_t places = std::size_t{config.chunk + EK_PAD} * config.held_chunks();
+  const std::size_t capacity = config.capacity(), pixel_capacity = config.pixels;
+  return {.frame = sizeof(Frame),
+          .pixels = 4 * pixel_capacity,
+          .state = 4 * places * plan.state_words,
+          .counts = config.chunked ? 4 * kQueueWords * config.chunks : 4 * std::size_t{EK_COUNT_WORDS},
+          .film_slots = 4 * std::size_t{film.channels + film.mattes} * (capacity + EK_PAD) + 4 * EK_PAD,
+          .diagnostics = sizeof(Diagnostics),
+          .next_path = 4,
+          .tallies = config.workers * sizeof(WorkerTally),
+          .queue_rays = config.chunked ? 4 : 8 * capacity,
+          .queue_hits = 4 * std::max<std::size_t>(capacity * plan.hit_queues, 1),
+          .queue_shadow = config.chunked ? 4 : 4 * capacity,
+          .path_log = plan.logs ? 4 * std::size_t{EK_LOG_DEPTHS} * LOG_WORDS * (capacity + EK_PAD) : 0,
+          .sums = 4 * film.sum_words(pixel_capacity),
+          .rejected = 4 * film.rejected_words(pixel_capacity),
+          .packed = config.chunked ? 0 : 4 * film.packed_words(pixel_capacity),
+          .sets = config.sum_sets};
+}
+
+std::uint64_t WorkBytes::total() const {
+  return frame + pixels + state + counts + film_slots + diagnostics + next_path + tallies + queue_rays + queue_hits +
+         queue_shadow + path_log + sets * (sums + rejected + packed);
+}
+
+std::uint64_t WorkBytes::largest() const {
+  return std::max({frame, pixels, state, counts, film_slots, diagnostics, next_path, tallies, queue_rays, queue_hits,
+                   queue_shadow, path_log, sums, rejected, packed});
+}
+
 WorkBuffers::WorkBuffers(Device& device, const WavefrontConfig& config, const WorkBufferSizes& plan,
                          Arguments& arguments) {
   const auto allocate = [&](std::size_t size) {
     bytes += size;
     return device.allocate(size);
   };
-  const FilmShape& film = plan.film;
-  const std::size_t places = std::size_t{config.chunk + EK_PAD} * config.held_chunks();
-  const std::size_t capacity = config.capacity(), pixel_capacity = config.pixels;
-  frame = allocate(sizeof(Frame));
-  pixels = allocate(4 * pixel_capacity);
-  state = allocate(4 * places * plan.state_words);
-  counts = allocate(config.chunked ? 4 * kQueueWords * config.chunks : 4 * std::size_t{EK_COUNT_WORDS});
-  film_slots = allocate(4 * std::size_t{film.channels + film.mattes} * (capacity + EK_PAD) + 4 * EK_PAD);
+  const WorkBytes sizes = work_bytes(config, plan);
+  frame = allocate(sizes.frame);
+  pixels = allocate(sizes.pixels);
+  state = allocate(sizes.state);
+  counts = allocate(sizes.counts);
+  film_slots = allocate(sizes.film_slots);
   for (std::size_t i = 0; i < sums.size(); ++i) {
-    // A device that reads back beside its work writes the next sums at the same time.
-    const bool shares = device.info().cpu && i > 0;
-    sums[i] = shares ? sums[0] : allocate(4 * film.sum_words(pixel_capacity));
-    rejected[i] = shares ? rejected[0] : allocate(4 * film.rejected_words(pixel_capacity));
-    if (!config.chunked) packed[i] = shares ? packed[0] : allocate(4 * film.packed_words(pixel_capacity));
+    const bool shares = i >= sizes.sets;
+    sums[i] = shares ? sums[0] : allocate(sizes.sums);
+    rejected[i] = shares ? rejected[0] : allocate(sizes.rejected);
+    if (sizes.packed > 0) packed[i] = shares ? packed[0] : allocate(sizes.packed);
   }
-  diagnostics = allocate(sizeof(Diagnostics));
-  next_path = allocate(4);
-  if (plan.logs) {
-    path_log = allocate(4 * std::size_t{EK_LOG_DEPTHS} * LOG_WORDS * (capacity + EK_PAD));
+  diagnostics = allocate(sizes.diagnostics);
+  next_path = allocate(sizes.next_path);
+  if (sizes.path_log > 0) {
+    path_log = allocate(sizes.path_log);
     arguments.set("path_log", path_log);
   }
-  tallies = allocate(config.workers * sizeof(WorkerTally));
+  tallies = allocate(sizes.tallies);
   // Lanes without a path read these before they are written. Zeros are valid indices.
   for (const Buffer& read_early : {state, film_slots, counts, diagnostics, next_path}) device.fill_zero(read_early);
   arguments.set("frame", frame);
@@ -51,9 +89,9 @@ WorkBuffers::WorkBuffers(Device& device, const WavefrontConfig& config, const Wo
   arguments.set("diagnostics", diagnostics);
   arguments.set("next_path", next_path);
   arguments.set("tallies", tallies);
-  arguments.set("queue_rays", allocate(config.chunked ? 4 : 8 * capacity));
-  arguments.set("queue_hits", allocate(4 * std::max<std::size_t>(capacity * plan.hit_queues, 1)));
-  arguments.set("queue_shadow", allocate(config.chunked ? 4 : 4 * capacity));
+  arguments.set("queue_rays", allocate(sizes.queue_rays));
+  arguments.set("queue_hits", allocate(sizes.queue_hits));
+  arguments.set("queue_shadow", allocate(sizes.queue_shadow));
 }
 
 namespace {

@@ -37,6 +37,23 @@ struct WorkBufferSizes {
   bool logs = false;              // feature path_log
 };
 
+/// The sizes that follow from the features and the settings.
+[[nodiscard]] WorkBufferSizes work_buffer_sizes(const WavefrontConfig& config, const Features& features,
+                                                const Settings& settings);
+
+/// The bytes of each of the buffers.
+struct WorkBytes {
+  std::size_t frame = 0, pixels = 0, state = 0, counts = 0, film_slots = 0, diagnostics = 0, next_path = 0, tallies = 0;
+  std::size_t queue_rays = 0, queue_hits = 0, queue_shadow = 0;
+  std::size_t path_log = 0;  // 0: there is none
+  /// Of one set, of which there are so many. `packed`: 0: there is none
+  std::size_t sums = 0, rejected = 0, packed = 0, sets = 1;
+  [[nodiscard]] std::uint64_t total() const;
+  /// Of the largest buffer.
+  [[nodiscard]] std::uint64_t largest() const;
+};
+[[nodiscard]] WorkBytes work_bytes(const WavefrontConfig& config, const WorkBufferSizes& plan);
+
 struct WorkBuffers {
   Buffer frame, pixels, state, counts, film_slots, diagnostics, next_path, tallies;
   Buffer path_log;  // with WorkBufferSizes::logs

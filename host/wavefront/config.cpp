@@ -7,8 +7,6 @@
 
 #include "core/error.h"
 #include "device/kernel_sources.h"
-#include "shared/guide.h"
-#include "wavefront/stages/light_stages.h"
 #include "wavefront/unit_shrink.h"
 
 namespace eikon {
@@ -56,6 +54,7 @@ WavefrontConfig configure(const DeviceInfo& device, const Execution& execution) 
   config.fused = config.chunked && execution.fused.value_or(true);
   config.workers = config.fused ? std::max(device.compute_units, 1U) : 1;
   const std::string own = own_layout(execution.accel);
+  config.sum_sets = device.cpu ? 1 : 2;
   config.layout = !own.empty()                ? own
                   : !execution.layout.empty() ? execution.layout
                   : config.chunked            ? (config.lanes == 16 ? "bvh16" : "bvh8")
@@ -123,16 +122,6 @@ ProgramOptions program_options(const DeviceInfo& device, const WavefrontConfig& 
   if (device.cpu && !device.cycle_counter) options.defines["EK_PORTABLE"] = "1";  // lanes.h
   options.defines.merge(accel.defines());
   return options;
-}
-
-std::uint64_t path_pool_bytes(const WavefrontConfig& config, const Features& features) {
-  const std::uint64_t slots = std::uint64_t{config.chunk + EK_PAD} * config.held_chunks();
-  return 4 * (slots * path_state_layout(features, config.chunked).words +
-              (std::uint64_t{config.capacity()} + EK_PAD) *
-                  (features.film_channels().size() + features.mattes().layers.size() +
-                   (features.has(Feature::path_log) ? EK_LOG_DEPTHS * LOG_WORDS : 0)) +
-              std::uint64_t{config.capacity()} * hit_queue_count(config, features)) +
-         (needs_stage(config, features, config.fused ? "light_paths" : "splat") ? LightStages::bytes(config) : 0);
 }
 
 const Accel& accel_of(const PackedScene& scene, const WavefrontConfig& config) {

@@ -31,6 +31,7 @@ struct WavefrontConfig {
   std::uint32_t chunk = 1024;  // paths of a chunk
   std::uint32_t chunks = 1;    // of a unit
   std::uint32_t pixels = 1;    // of a unit, at most
+  std::uint32_t sum_sets = 1;  // 2: a device that reads sums back beside its work writes the next ones at the same time
   std::string layout = "bvh2";
   /// The most paths of a unit.
   [[nodiscard]] std::uint32_t capacity() const { return chunk * chunks; }
@@ -55,8 +56,6 @@ bool needs_stage(const WavefrontConfig& config, const Features& features, const 
 /// The options that the program is compiled with. accel: the tree that rays are traced through
 ProgramOptions program_options(const DeviceInfo& device, const WavefrontConfig& config, const Features& features,
                                const Accel& accel, const Execution& execution);
-/// Bytes of device memory for the state, film slots, logs and splats of all paths in flight.
-std::uint64_t path_pool_bytes(const WavefrontConfig& config, const Features& features);
 
 /// The tree that a device traces rays through. throws InternalError if no tree of its layout was
 /// built

@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "wavefront/buffers.h"
 #include "wavefront/photons/photon_map.h"
+#include "wavefront/stages/light_stages.h"
 #include "wavefront/unit_shrink.h"
 
 namespace eikon {
@@ -17,20 +18,19 @@ std::string megabytes(std::uint64_t bytes) { return fmt::format("{:.1f} MB", dou
 
 }  // namespace
 
+PoolBytes path_pool_bytes(const WavefrontConfig& config, const Features& features, const Settings& settings) {
+  const WorkBytes work = work_bytes(config, work_buffer_sizes(config, features, settings));
+  if (!needs_stage(config, features, config.fused ? "light_paths" : "splat")) return {work.total(), work.largest()};
+  const std::uint64_t splats = LightStages::bytes(config);
+  return {work.total() + splats, std::max(work.largest(), splats)};
+}
+
 MemoryNeed memory_need(const PackedScene& packed, const WavefrontConfig& config, const Features& features,
                        const Settings& settings) {
   MemoryNeed need;
   need.textures = 4 * packed.texel_count();
   need.geometry = packed.bytes(config.layout) - need.textures;
-  need.paths = path_pool_bytes(config, features);
-  if (!config.chunked) {
-    // Sums of two units.
-    const FilmShape film{.replicates = 1U << settings.replicate_bits,
-                         .channels = std::uint32_t(features.film_channels().size())};
-    const std::uint64_t words =
-        film.sum_words(config.pixels) + film.packed_words(config.pixels) + film.rejected_words(config.pixels);
-    need.paths += 2 * 4 * words;
-  }
+  need.paths = path_pool_bytes(config, features, settings).total;
   if (features.has(Feature::merging)) need.photons = photon_map_bytes(settings);
   need.saved_once = packed.saved_once;
   const auto buffer = [&](const char* name, std::uint64_t bytes) {
@@ -54,13 +54,11 @@ void fit_units(const PackedScene& packed, const DeviceInfo& device, const Featur
                Execution& execution) {
   if (execution.unit_paths != 0) return;
   WavefrontConfig config = configure(device, execution);
-  const std::uint64_t words =
-      std::max<std::uint64_t>(path_state_layout(features, config.chunked).words,
-                              features.film_channels().size() + features.mattes().layers.size());
   const auto fits = [&] {
+    const std::uint64_t largest = path_pool_bytes(config, features, settings).largest;
     return memory_need(packed, config, features, settings).total() <= available_bytes(device, execution) &&
-           4 * words * config.capacity() <= device.max_allocation_bytes &&
-           words * (config.capacity() + EK_PAD) <= std::numeric_limits<std::uint32_t>::max();  // kernels number them
+           largest <= device.max_allocation_bytes &&
+           largest / 4 <= std::numeric_limits<std::uint32_t>::max();  // kernels number the words of a buffer
   };
   while (!config.chunked && config.capacity() > kLeastUnitPaths && !fits()) {
     execution.unit_paths = config.capacity() / 2;

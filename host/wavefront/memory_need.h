@@ -11,6 +11,13 @@
 
 namespace eikon {
 
+/// The buffers of a device that grow with its units.
+struct PoolBytes {
+  std::uint64_t total = 0, largest = 0;  // largest: of one buffer
+};
+[[nodiscard]] PoolBytes path_pool_bytes(const WavefrontConfig& config, const Features& features,
+                                        const Settings& settings);
+
 struct MemoryNeed {
   std::uint64_t textures = 0, geometry = 0, paths = 0;  // bytes; geometry: triangles, tree, materials and lights
   std::uint64_t saved_once = 0;                         // rough bytes that --instances two-level would save

@@ -35,9 +35,7 @@ struct Wavefront::Impl {
   PathStateLayout state;
   Frame frame;
   std::vector<float> filter, camera_poses;
-  FilmShape film_shape;
-  bool logs = false;  // feature path_log
-  std::uint32_t hit_queues = 0;  // of shading classes
+  WorkBufferSizes sizes;
   LightPathPlan light_paths;
   bool traces_lights = false;  // the program has the stages of light paths
   bool lights_on = true;       // units have light paths, if the program can trace them
@@ -82,13 +80,9 @@ struct Wavefront::Impl {
     filter = filter_table(settings.filter);
     camera_poses = camera_pose_words(settings);
     mattes = features.mattes();
-    film_shape = {.replicates = 1U << settings.replicate_bits,
-                  .channels = std::uint32_t(features.film_channels().size()),
-                  .mattes = std::uint32_t(mattes.ids.size())};
+    sizes = work_buffer_sizes(config, features, settings);
     compile(features, execution);
     begin_image(settings);
-    logs = features.has(Feature::path_log);
-    hit_queues = hit_queue_count(config, features);
     guide = settings.guide;
     light_aim.aim = settings.light_aim;
     try {
@@ -200,10 +194,9 @@ struct Wavefront::Impl {
     const double begin = host_seconds();
     scene_bytes = upload_scene(device, *scene, accel_of(*scene, config), filter, camera_poses, arguments);
     texel_bytes = upload_texels(device, *scene, arguments);
-    const WorkBufferSizes plan{.film = film_shape, .state_words = state.words, .hit_queues = hit_queues, .logs = logs};
     if (guide != nullptr) upload_guide(device, *guide, arguments);
     if (traces_lights && light_aim.aim != nullptr) upload_light_aim(device, *scene, light_aim, arguments);
-    work = WorkBuffers(device, config, plan, arguments);
+    work = WorkBuffers(device, config, sizes, arguments);
     frame.film_stride = config.capacity() + EK_PAD;
     for (UnitInFlight& current : in_flight) current.tallies.resize(config.workers);
     arguments.set("depth", 1U);
@@ -259,14 +252,14 @@ struct Wavefront::Impl {
       device.run(current.film, divide_up(pixel_count, kWorkGroup), kWorkGroup, current.frame.path_count);
       device.run(current.pack_sums, divide_up(pixel_count, kWorkGroup), kWorkGroup);
     }
-    current.resize(device, film_shape, packs);
+    current.resize(device, sizes.film, packs);
     const std::size_t path_count = current.frame.path_count;
     // This read is in the queue because the next unit clears the buffer. The host waits for the
     // last of the large reads.
     device.read_later(work.diagnostics, current.diagnostics_words.words().data(), sizeof current.diagnostics);
-    for (std::size_t m = 0; m < film_shape.mattes; ++m)
+    for (std::size_t m = 0; m < sizes.film.mattes; ++m)
       device.read_later(work.film_slots, &current.met[m * path_count], 4 * path_count,
-                        4 * (film_shape.channels + m) * std::size_t{frame.film_stride});
+                        4 * (sizes.film.channels + m) * std::size_t{frame.film_stride});
     if (packs) {
       current.summed =
           device.read_beside(work.packed[current.index], current.packed.words().data(), current.packed.size_bytes());
@@ -290,7 +283,7 @@ struct Wavefront::Impl {
     else
       std::ranges::fill(current.rejected, 0U);
     if (current.packed.words()[0] == 0) return;  // all sums fit
-    current.resize(device, film_shape, false);
+    current.resize(device, sizes.film, false);
     fetch(work.sums[current.index], current.sums);
   }
 

@@ -269,7 +269,8 @@ void print_device_memory(const Contents& contents, Execution execution) {
     const WavefrontConfig config = configure(info, execution);
     const LayoutPlan plan = plan_layout(config, execution, triangles, rays, features.has(Feature::instance));
     fmt::print("  device {}: {} bytes for {} paths in flight, beside the scene as {} ({}{})\n", info.index,
-               path_pool_bytes(config, features), config.capacity(), plan.layout, plan.why,
+               path_pool_bytes(config, features, contents.prepared.settings).total, config.capacity(), plan.layout,
+               plan.why,
                plan.measure.empty() ? "" : fmt::format("; a render measures {} first", fmt::join(plan.measure, ", ")));
   }
 }

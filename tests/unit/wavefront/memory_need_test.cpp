@@ -151,25 +151,73 @@ TEST(Memory, textures_count_once_and_with_the_bytes_that_their_images_have) {
   EXPECT_EQ(packed.texels[1].data(), scene.images[0].rgba8.data());
 }
 
-TEST(Memory, the_units_of_a_gpu_are_as_large_as_fits) {
+/// A scene of one triangle, packed with its tree for devices that launch each stage.
+struct OneTriangle {
+  explicit OneTriangle(const Settings& with = {}) : settings(with), features(scene_of(), settings) {
+    scene = scene_of();
+    packed = pack_scene(scene, features, settings);
+    add_accel(packed, "bvh", "bvh2", 1);
+  }
+  static Scene scene_of() {
+    Scene scene;
+    scene.materials.resize(1);
+    Primitive primitive;
+    primitive.positions_object = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    primitive.indices = {0, 1, 2};
+    scene.meshes.push_back({"mesh", {primitive}});
+    scene.nodes.emplace_back();
+    return scene;
+  }
+  Settings settings;
+  Features features;
   Scene scene;
-  scene.materials.resize(1);
-  Primitive primitive;
-  primitive.positions_object = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-  primitive.indices = {0, 1, 2};
-  scene.meshes.push_back({"mesh", {primitive}});
-  scene.nodes.emplace_back();
-  const Settings settings;
-  const Features features(scene, settings);
-  PackedScene packed = pack_scene(scene, features, settings);
-  add_accel(packed, "bvh", "bvh2", 1);
-  const auto capacity = [&](std::uint64_t memory, std::uint64_t one_buffer) {
-    DeviceInfo device = device_of(memory * kMega, one_buffer * kMega);
-    device.gpu = true, device.compute_units = 128;
+  PackedScene packed;
+};
+
+/// A large GPU.
+DeviceInfo gpu_of(std::uint64_t memory, std::uint64_t one_buffer) {
+  DeviceInfo device = device_of(memory, one_buffer);
+  device.gpu = true, device.compute_units = 128;
+  return device;
+}
+
+TEST(Memory, all_buffers_of_units_count) {
+  const OneTriangle of;
+  const auto pool_of = [&](std::uint32_t paths) {
     Execution execution;
-    fit_units(packed, device, features, settings, execution);
+    execution.unit_paths = paths;
+    const WavefrontConfig config = configure(gpu_of(80000 * kMega, 20000 * kMega), execution);
+    return path_pool_bytes(config, of.features, of.settings);
+  };
+  const PoolBytes small = pool_of(1U << 16), large = pool_of(1U << 17);
+  const std::uint64_t words = path_state_layout(of.features, false).words,
+                      channels = of.features.film_channels().size();
+  const std::uint64_t queues = 8 + 4;  // of rays and shadow rays
+  EXPECT_GE(large.total - small.total, 65536 * (4 * (words + channels) + queues));
+  EXPECT_EQ(large.largest, 4 * words * ((1U << 17) + EK_PAD)) << "the state, and what kernels may read behind it";
+}
+
+TEST(Memory, the_largest_buffer_of_units_is_as_large_as_it_is_allocated) {
+  const OneTriangle of;
+  const std::uint64_t words = path_state_layout(of.features, false).words;
+  const auto capacity = [&](std::uint64_t one_buffer) {
+    Execution execution;
+    const DeviceInfo device = gpu_of(80000 * kMega, one_buffer);
+    fit_units(of.packed, device, of.features, of.settings, execution);
+    return configure(device, execution).capacity();
+  };
+  EXPECT_EQ(capacity(4 * words * ((1U << 20) + EK_PAD)), 1U << 20);
+  EXPECT_EQ(capacity(4 * words * ((1U << 20) + EK_PAD) - 4), 1U << 19);
+}
+
+TEST(Memory, the_units_of_a_gpu_are_as_large_as_fits) {
+  const OneTriangle of;
+  const auto capacity = [&](std::uint64_t memory, std::uint64_t one_buffer) {
+    const DeviceInfo device = gpu_of(memory * kMega, one_buffer * kMega);
+    Execution execution;
+    fit_units(of.packed, device, of.features, of.settings, execution);
     const WavefrontConfig config = configure(device, execution);
-    EXPECT_EQ(refusal(memory_need(packed, config, features, settings), device), "") << memory;
+    EXPECT_EQ(refusal(memory_need(of.packed, config, of.features, of.settings), device), "") << memory;
     return config.capacity();
   };
   EXPECT_EQ(capacity(80000, 20000), 1U << 25);
