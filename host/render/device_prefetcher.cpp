@@ -68,6 +68,7 @@ void make_ready(Work& work) {
     Execution own = image.execution;
     own.trace = nullptr;  // the timeline of a job shows its own render only
     own.layout = choose_layout(info, *image.packed, image.features, image.settings, own).layout;
+    own = fit_units(*image.packed, info, image.features, image.settings, own);  // as the render does, for the same key
     const MemoryNeed need = memory_need(*image.packed, configure(info, own), image.features, image.settings);
     if (need.total() > info.memory_bytes / kPrefetchMemoryParts) return;
     if (work.has_programs) continue;

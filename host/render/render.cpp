@@ -207,7 +207,7 @@ std::vector<DeviceReport> prepare_devices(WavefrontDevices& devices, const Execu
     try {
       report.layout = choose_layout(info, *devices.packed, devices.features, devices.settings, execution);
       own.layout = report.layout.layout;
-      fit_units(*devices.packed, info, devices.features, devices.settings, own);
+      own = fit_units(*devices.packed, info, devices.features, devices.settings, own);
       require_memory(memory_need(*devices.packed, configure(info, own), devices.features, devices.settings), info,
                      execution);
     } catch (const DeviceError& error) {

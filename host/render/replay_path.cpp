@@ -8,6 +8,9 @@
 
 namespace eikon {
 
+// Paths of the unit that a replay renders. It is one path from the camera, but there may be many light paths.
+static constexpr std::uint32_t kReplayPool = 1U << 14;
+
 ReplayedSample replay_path(const ReadyScene& scene, const Settings& settings, const Execution& usual,
                            const PixelSample& sample, const std::function<void(const PathVertex&)>& report) {
   Execution execution = usual;
@@ -16,9 +19,9 @@ ReplayedSample replay_path(const ReadyScene& scene, const Settings& settings, co
   const DeviceInfo info = pool.select(execution.devices, execution.threads).front();
   PackedScene& packed = *scene.packed;
   const Execution own = without_probe(execution);  // one path is too few to measure for
-  const WavefrontConfig config = configure(info, own);
-  add_accel(packed, own.accel, config.layout, own.threads);
-  require_memory(memory_need(packed, config, scene.features, settings), info, own);
+  add_accel(packed, own.accel, configure(info, own).layout, own.threads);
+  const Execution small = fit_units(packed, info, scene.features, settings, own, {.most_paths = kReplayPool});
+  require_memory(memory_need(packed, configure(info, small), scene.features, settings), info, own);
   DevicePool::Lease device = pool.take(info);
   Settings guided = settings;
   Features features = scene.features;
@@ -28,7 +31,7 @@ ReplayedSample replay_path(const ReadyScene& scene, const Settings& settings, co
           guided);
   }
   guided.crop = {sample.x, sample.y, sample.x + 1, sample.y + 1};  // so that the pixel's unit has all light paths
-  Wavefront& wavefront = ReadyWavefronts::of(device).get(*device, scene.packed, features, guided, own);
+  Wavefront& wavefront = ReadyWavefronts::of(device).get(*device, scene.packed, features, guided, small);
   return wavefront.replay(sample.x, sample.y, sample.sample, report);
 }
 

@@ -50,20 +50,36 @@ MemoryNeed memory_need(const PackedScene& packed, const WavefrontConfig& config,
   return need;
 }
 
-void fit_units(const PackedScene& packed, const DeviceInfo& device, const Features& features, const Settings& settings,
-               Execution& execution) {
-  if (execution.unit_paths != 0) return;
-  WavefrontConfig config = configure(device, execution);
+Execution fit_units(const DeviceInfo& device, const Features& features, const Settings& settings,
+                    const Execution& execution, const UnitRoom& room) {
+  Execution fitted = execution;
+  const std::uint32_t asked = execution.unit_paths;
+  if (room.most_paths != 0) fitted.unit_paths = asked == 0 ? room.most_paths : std::min(asked, room.most_paths);
+  WavefrontConfig config = configure(device, fitted);
+  const bool may_be_less = room.most_paths != 0 || (asked == 0 && !config.chunked);
   const auto fits = [&] {
-    const std::uint64_t largest = path_pool_bytes(config, features, settings).largest;
-    return memory_need(packed, config, features, settings).total() <= available_bytes(device, execution) &&
-           largest <= device.max_allocation_bytes &&
-           largest / 4 <= std::numeric_limits<std::uint32_t>::max();  // kernels number the words of a buffer
+    const PoolBytes pool = path_pool_bytes(config, features, settings);
+    const bool numbered = pool.largest / 4 <= std::numeric_limits<std::uint32_t>::max();  // the words of a buffer
+    const bool stored = room.beside_bytes + pool.total <= available_bytes(device, execution) &&
+                        pool.largest <= device.max_allocation_bytes;
+    return numbered && (stored || !may_be_less);
   };
-  while (!config.chunked && config.capacity() > kLeastUnitPaths && !fits()) {
-    execution.unit_paths = config.capacity() / 2;
-    config = configure(device, execution);
+  while (config.capacity() > kLeastUnitPaths && !fits()) {
+    Execution less = fitted;
+    less.unit_paths = config.capacity() / 2;
+    const WavefrontConfig smaller = configure(device, less);
+    if (smaller.capacity() == config.capacity()) break;  // a single chunk, whose size was asked for
+    fitted = less;
+    config = smaller;
   }
+  return fitted;
+}
+
+Execution fit_units(const PackedScene& packed, const DeviceInfo& device, const Features& features,
+                    const Settings& settings, const Execution& execution, const UnitRoom& room) {
+  const MemoryNeed need = memory_need(packed, configure(device, execution), features, settings);
+  return fit_units(device, features, settings, execution,
+                   {room.most_paths, room.beside_bytes + need.total() - need.paths});
 }
 
 std::uint64_t film_bytes(const FilmLayout& layout) {

@@ -31,9 +31,21 @@ struct MemoryNeed {
 [[nodiscard]] MemoryNeed memory_need(const PackedScene& packed, const WavefrontConfig& config, const Features& features,
                                      const Settings& settings);
 
-/// Makes the units of a device that launches each stage smaller where it, or --memory, has too little for the usual ones.
-void fit_units(const PackedScene& packed, const DeviceInfo& device, const Features& features, const Settings& settings,
-               Execution& execution);
+/// The limits of a device's units beside those of the device.
+struct UnitRoom {
+  std::uint32_t most_paths = 0;    // of a unit, where larger ones would be of no use; 0: no limit
+  std::uint64_t beside_bytes = 0;  // of what is on the device beside units and scene
+};
+
+/// Returns `execution` with the paths that units are to have on this device. Without a limit by `execution` or by `room`,
+/// a device that launches each stage has smaller units where it, or --memory, has too little for the usual ones. Also a
+/// limit by `execution` is lowered where kernels could not number the words of a buffer.
+/// packed  with the tree of the device's layout
+[[nodiscard]] Execution fit_units(const PackedScene& packed, const DeviceInfo& device, const Features& features,
+                                  const Settings& settings, const Execution& execution, const UnitRoom& room = {});
+/// The same for a scene that is not packed: room.beside_bytes has its bytes, too.
+[[nodiscard]] Execution fit_units(const DeviceInfo& device, const Features& features, const Settings& settings,
+                                  const Execution& execution, const UnitRoom& room);
 
 /// Bytes that a film of this layout takes on the host.
 [[nodiscard]] std::uint64_t film_bytes(const FilmLayout& layout);

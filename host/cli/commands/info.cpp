@@ -16,6 +16,7 @@
 #include "pack/materials/material_traits.h"
 #include "wavefront/layout/choose_layout.h"
 #include "wavefront/memory_need.h"
+#include "wavefront/photons/photon_map.h"
 #include "pack/pack.h"
 #include "pack/geometry/placed_meshes.h"
 #include "render/render.h"
@@ -244,16 +245,23 @@ void print_motion(const Scene& scene) {
   }
 }
 
-/// Prints what scene and tree take in each layout. The tree is estimated, because to build it takes
-/// more memory than all the rest of info.
+/// Bytes of the scene without its tree.
+std::uint64_t record_bytes(const Contents& contents) {
+  return contents.light.bytes + contents.packed_triangles() * triangle_bytes(contents.features);
+}
+/// Bytes of the tree in a layout. They are estimated, because to build it takes more memory than all the rest of info.
+std::uint64_t tree_bytes(const Contents& contents, const std::string& layout) {
+  const std::uint64_t leaves = contents.packed_triangles() + contents.light.packed.shapes.size();
+  return expected_tree_bytes(layout, leaves) +
+         (contents.instances.two_level ? contents.placed.places.size() * sizeof(InstanceRecord) : 0);
+}
+
+/// Prints what scene and tree take in each layout.
 void print_scene_memory(const Contents& contents) {
-  const std::uint64_t triangles = contents.packed_triangles(), shapes = contents.light.packed.shapes.size();
-  const bool two_level = contents.instances.two_level;
-  const std::uint64_t records = contents.light.bytes + triangles * triangle_bytes(contents.features);
+  const std::uint64_t shapes = contents.light.packed.shapes.size(), records = record_bytes(contents);
   for (const std::string& layout : tree_layouts()) {
-    if (two_level && !has_two_levels(layout)) continue;
-    const std::uint64_t tree = expected_tree_bytes(layout, triangles + shapes) +
-                               (two_level ? contents.placed.places.size() * sizeof(InstanceRecord) : 0);
+    if (contents.instances.two_level && !has_two_levels(layout)) continue;
+    const std::uint64_t tree = tree_bytes(contents, layout);
     const std::uint64_t seen = contents.placed.packed_triangles(false) + shapes;
     fmt::print("  {}: tree about {} bytes, scene about {} bytes{}\n", layout, tree, records + tree,
                seen == 0 ? "" : fmt::format(" ({:.0f} per triangle)", double(records + tree) / double(seen)));
@@ -266,11 +274,14 @@ void print_device_memory(const Contents& contents, Execution execution) {
   const double rays = expected_rays(contents.prepared.settings);
   read_execution_environment(execution);
   for (const DeviceInfo& info : list_devices()) {
-    const WavefrontConfig config = configure(info, execution);
-    const LayoutPlan plan = plan_layout(config, execution, triangles, rays, features.has(Feature::instance));
+    const Settings& settings = contents.prepared.settings;
+    const LayoutPlan plan =
+        plan_layout(configure(info, execution), execution, triangles, rays, features.has(Feature::instance));
+    const std::uint64_t scene = record_bytes(contents) + tree_bytes(contents, plan.layout) + photon_map_bytes(settings);
+    const WavefrontConfig config =
+        configure(info, fit_units(info, features, settings, execution, {.beside_bytes = scene}));
     fmt::print("  device {}: {} bytes for {} paths in flight, beside the scene as {} ({}{})\n", info.index,
-               path_pool_bytes(config, features, contents.prepared.settings).total, config.capacity(), plan.layout,
-               plan.why,
+               path_pool_bytes(config, features, settings).total, config.capacity(), plan.layout, plan.why,
                plan.measure.empty() ? "" : fmt::format("; a render measures {} first", fmt::join(plan.measure, ", ")));
   }
 }

@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "wavefront/memory_need.h"
-#include "wavefront/unit_shrink.h"
 
 namespace eikon {
 namespace {
@@ -18,13 +17,9 @@ constexpr std::uint32_t kSeed = 0x70696c6fU;
 /// throws DeviceError if it lacks the memory for the smallest units, too
 Execution with_pool(const PilotMeans& means, const Settings& settings, std::uint64_t largest) {
   const DeviceInfo& info = means.device->info();
-  Execution execution = means.execution;
   const auto pool = std::uint32_t(std::min<std::uint64_t>(std::bit_ceil(largest), kMostPilotPool));
-  execution.unit_paths = execution.unit_paths == 0 ? pool : std::min(execution.unit_paths, pool);
-  const auto need = [&] { return memory_need(*means.scene, configure(info, execution), means.features, settings); };
-  while (execution.unit_paths > kLeastUnitPaths && need().total() > available_bytes(info, execution))
-    execution.unit_paths /= 2;
-  require_memory(need(), info, execution);
+  Execution execution = fit_units(*means.scene, info, means.features, settings, means.execution, {.most_paths = pool});
+  require_memory(memory_need(*means.scene, configure(info, execution), means.features, settings), info, execution);
   return execution;
 }
 

@@ -25,5 +25,22 @@ TEST(UnitMemory, is_what_was_counted_beforehand) {
   }
 }
 
+TEST(UnitMemory, a_replay_takes_that_of_few_paths) {
+  auto [scene, settings] = room(16, 16, 1);
+  Execution execution = as_tested({});
+  execution.chunked = false, execution.layout = "bvh2", execution.unit_paths = 1U << 18;
+  const auto radiance = [&] {
+    return replay_path(scene, settings, execution, {3, 5, 0}, [](const PathVertex&) {}).radiance;
+  };
+  const glm::vec3 expected = radiance();
+  const Features features(scene, settings);
+  PackedScene packed = pack_scene(scene, features, settings);
+  add_accel(packed, "bvh", "bvh2", 1);
+  const DeviceInfo info = open_devices->pool.select(execution.devices, 0, nullptr).front();
+  execution.memory_bytes = memory_need(packed, configure(info, execution), features, settings).total() / 2;
+  EXPECT_THROW((void)output_of(scene, settings, execution), DeviceError);
+  EXPECT_EQ(radiance(), expected);
+}
+
 }  // namespace
 }  // namespace eikon::test

@@ -153,14 +153,15 @@ TEST(Memory, textures_count_once_and_with_the_bytes_that_their_images_have) {
 
 /// A scene of one triangle, packed with its tree for devices that launch each stage.
 struct OneTriangle {
-  explicit OneTriangle(const Settings& with = {}) : settings(with), features(scene_of(), settings) {
-    scene = scene_of();
+  explicit OneTriangle(const Settings& with = {})
+      : settings(with), scene(scene_of(settings)), features(scene, settings) {
     packed = pack_scene(scene, features, settings);
     add_accel(packed, "bvh", "bvh2", 1);
   }
-  static Scene scene_of() {
+  static Scene scene_of(const Settings& settings) {
     Scene scene;
     scene.materials.resize(1);
+    if (settings.light_samples > 1) scene.materials[0].emission = {1, 1, 1};
     Primitive primitive;
     primitive.positions_object = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
     primitive.indices = {0, 1, 2};
@@ -169,8 +170,8 @@ struct OneTriangle {
     return scene;
   }
   Settings settings;
-  Features features;
   Scene scene;
+  Features features;
   PackedScene packed;
 };
 
@@ -201,10 +202,8 @@ TEST(Memory, the_largest_buffer_of_units_is_as_large_as_it_is_allocated) {
   const OneTriangle of;
   const std::uint64_t words = path_state_layout(of.features, false).words;
   const auto capacity = [&](std::uint64_t one_buffer) {
-    Execution execution;
     const DeviceInfo device = gpu_of(80000 * kMega, one_buffer);
-    fit_units(of.packed, device, of.features, of.settings, execution);
-    return configure(device, execution).capacity();
+    return configure(device, fit_units(of.packed, device, of.features, of.settings, {})).capacity();
   };
   EXPECT_EQ(capacity(4 * words * ((1U << 20) + EK_PAD)), 1U << 20);
   EXPECT_EQ(capacity(4 * words * ((1U << 20) + EK_PAD) - 4), 1U << 19);
@@ -214,9 +213,7 @@ TEST(Memory, the_units_of_a_gpu_are_as_large_as_fits) {
   const OneTriangle of;
   const auto capacity = [&](std::uint64_t memory, std::uint64_t one_buffer) {
     const DeviceInfo device = gpu_of(memory * kMega, one_buffer * kMega);
-    Execution execution;
-    fit_units(of.packed, device, of.features, of.settings, execution);
-    const WavefrontConfig config = configure(device, execution);
+    const WavefrontConfig config = configure(device, fit_units(of.packed, device, of.features, of.settings, {}));
     EXPECT_EQ(refusal(memory_need(of.packed, config, of.features, of.settings), device), "") << memory;
     return config.capacity();
   };
@@ -226,6 +223,50 @@ TEST(Memory, the_units_of_a_gpu_are_as_large_as_fits) {
   const std::uint32_t little = capacity(2, 2);
   EXPECT_GE(little, 1U << 10);
   EXPECT_LT(little, 1U << 14) << "also below the least pool of other devices";
+}
+
+TEST(Memory, units_that_are_asked_for_are_given_as_far_as_kernels_can_number_their_words) {
+  Settings settings;
+  settings.light_samples = 16;
+  const OneTriangle of(settings);
+  ASSERT_GT(path_state_layout(of.features, false).words, 128U) << "2^25 paths have more than 2^32 words";
+  const DeviceInfo device = gpu_of(800000 * kMega, 400000 * kMega);
+  const auto capacity = [&](std::uint32_t asked) {
+    Execution execution;
+    execution.unit_paths = asked;
+    return configure(device, fit_units(of.packed, device, of.features, of.settings, execution)).capacity();
+  };
+  EXPECT_EQ(capacity(1U << 20), 1U << 20);
+  EXPECT_EQ(capacity(1U << 25), 1U << 24);
+  EXPECT_EQ(capacity(0), 1U << 24);
+}
+
+TEST(Memory, units_of_few_paths_are_no_larger_and_leave_room_for_what_is_beside_them) {
+  const OneTriangle of;
+  const DeviceInfo device = gpu_of(100 * kMega, 100 * kMega);
+  const auto capacity = [&](std::uint32_t asked, const UnitRoom& room) {
+    Execution execution;
+    execution.unit_paths = asked;
+    return configure(device, fit_units(of.packed, device, of.features, of.settings, execution, room)).capacity();
+  };
+  EXPECT_EQ(capacity(0, {.most_paths = 1U << 14}), 1U << 14);
+  EXPECT_EQ(capacity(1U << 12, {.most_paths = 1U << 14}), 1U << 12);
+  EXPECT_EQ(capacity(1U << 20, {.most_paths = 1U << 14}), 1U << 14);
+  const std::uint32_t usual = capacity(0, {});
+  EXPECT_LT(capacity(0, {.beside_bytes = 90 * kMega}), usual);
+  EXPECT_EQ(capacity(usual, {.beside_bytes = 90 * kMega}), usual) << "asked for";
+  EXPECT_LT(capacity(usual, {.most_paths = usual, .beside_bytes = 90 * kMega}), usual);
+}
+
+TEST(Memory, a_single_chunk_that_does_not_fit_stays) {
+  const OneTriangle of;
+  DeviceInfo device = device_of(kMega, kMega);
+  device.cpu = true;
+  Execution execution;
+  execution.chunk = 4096;
+  execution.layout = "bvh2";
+  const Execution fitted = fit_units(of.packed, device, of.features, of.settings, execution, {.most_paths = 1U << 14});
+  EXPECT_EQ(configure(device, fitted).capacity(), 4096U);
 }
 
 }  // namespace
