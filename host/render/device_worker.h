@@ -60,7 +60,7 @@ void run_device(const std::shared_ptr<DeviceSessions>& sessions, std::size_t dev
 /// The input for a Wavefront on each OpenCL device.
 struct WavefrontDevices {
   std::vector<DeviceInfo> devices;
-  std::vector<Execution> executions;  // one per device
+  std::vector<Execution> executions;  // one per device, with the units that fit it
   std::shared_ptr<PackedScene> packed;
   Features features;
   Settings settings;
@@ -70,6 +70,7 @@ struct WavefrontDevices {
   /// The arithmetic class that this device must have, because a pilot of it was loaded; empty: any.
   std::string pilot_arithmetic{};
   std::size_t pilot_device = 0;
+  std::uint32_t asked_unit_paths = 0;  // Execution::unit_paths before units were fitted
 };
 /// The largest side of the blocks that the picture is divided into before a device has cut its unit from one.
 [[nodiscard]] std::uint32_t block_side(const WavefrontDevices& devices);

@@ -361,7 +361,8 @@ RenderOutput pack_and_render(const Pack& pack, const Features& features, const S
                                                                            .settings = settings,
                                                                            .film = film_layout(features, settings),
                                                                            .pool = std::move(pool),
-                                                                           .stay = hooks.devices_stay_ready});
+                                                                           .stay = hooks.devices_stay_ready,
+                                                                           .asked_unit_paths = execution.unit_paths});
   std::vector<DeviceReport> prepared = prepare_devices(*devices, execution);
   report.build_s = packed->build_s - built_before_s;
   if (hooks.opening) hooks.opening();

@@ -155,23 +155,28 @@ std::optional<Pilot> pilot_on(const WavefrontDevices& devices, std::size_t devic
   return std::nullopt;
 }
 
-/// Returns a line about the first device that has no room for what guiding needs beside the scene; empty if all have.
-std::string lacking_memory(const GuideTable& table, const WavefrontDevices& devices,
+/// Makes the units of devices smaller where what guiding needs beside the scene has no room else. Returns a line about the
+/// first device that has no room even then, and leaves all as it was; empty if all have.
+std::string lacking_memory(const GuideTable& table, WavefrontDevices& devices,
                            const std::vector<DeviceReport>& prepared) {
   Features guided = devices.features;
   guided.set_guiding(true, false);
+  std::vector<Execution> executions = devices.executions;
   for (std::size_t i = 0; i < prepared.size(); ++i) {
     if (!prepared[i].error.empty()) continue;
     const DeviceInfo& info = devices.devices[i];
-    const WavefrontConfig config = configure(info, devices.executions[i]);
-    const std::uint64_t need = memory_need(*devices.packed, config, guided, devices.settings).total();
-    const std::uint64_t available = available_bytes(info, devices.executions[i]);
+    Execution& own = executions[i];
+    own.unit_paths = devices.asked_unit_paths;
+    own = fit_units(*devices.packed, info, guided, devices.settings, own, {.beside_bytes = table.bytes()});
+    const std::uint64_t need = memory_need(*devices.packed, configure(info, own), guided, devices.settings).total();
+    const std::uint64_t available = available_bytes(info, own);
     if (need + table.bytes() > available)
       return fmt::format(
           "path guiding is off: with its tables the render would take {:.1f} MB of device {}, which has {:.1f} MB "
           "(allow more memory to have it)",
           double(need + table.bytes()) / 0x1p20, info.selector, double(available) / 0x1p20);
   }
+  devices.executions = std::move(executions);
   return {};
 }
 
