@@ -17,7 +17,7 @@ constexpr std::uint64_t kMostPaths = 1U << 16;  // of a part,
 constexpr std::uint64_t kPoolShare = 8;         // or this part of those that a device with queues traces at once
 constexpr std::uint32_t kSplatsPerPath = 4;     // that there is room for; rooms with glass have .4 to 1.9
 constexpr std::uint32_t kLikelySplatsPerPath = 2;
-constexpr std::uint64_t kMostNumbers = 1U << 13;  // of a part; they stand in the buffer for the pixels of a unit
+constexpr std::uint64_t kMostNumbers = 1U << 13;  // of a part, on devices with chunks
 constexpr float kRange = 0x1p54F;                 // of splats: 2^38 of radiance, and kSplatShift
 static_assert(kSplatShift == 16);
 constexpr std::uint32_t kNoneTaken = 0;
@@ -31,12 +31,19 @@ std::uint32_t splat_capacity(const WavefrontConfig& config) {
   return kSplatsPerPath * std::uint32_t(most_paths(config)) + EK_PAD;
 }
 
-/// Takes a part of at most that many paths from the last one of `left`.
-LightUnit::Part take_part(std::vector<LightUnit::Part>& left, std::uint64_t most) {
+}  // namespace
+
+LightUnit::Part take_light_part(std::vector<LightUnit::Part>& left, const WavefrontConfig& config) {
   LightUnit::Part part = left.back();
   left.pop_back();
+  const std::uint64_t most = most_paths(config);
+  // The numbers stand in the buffer for the pixels of a unit. A device that launches each stage waits for each depth of a part, so that it has
+  // few large ones.
+  const std::uint64_t most_numbers =
+      config.chunked ? std::min<std::uint64_t>(kMostNumbers, config.pixels) : config.pixels;
   const std::uint64_t samples = std::min(part.sample_end - part.sample_begin, most);
-  const std::uint64_t numbers = std::min(part.end - part.first, std::clamp<std::uint64_t>(most / samples, 1, kMostNumbers));
+  const std::uint64_t numbers =
+      std::min(part.end - part.first, std::clamp<std::uint64_t>(most / samples, 1, most_numbers));
   LightUnit::Part later = part, others = part;
   part.sample_end = later.sample_begin = part.sample_begin + samples;
   part.end = others.first = part.first + numbers;
@@ -45,6 +52,8 @@ LightUnit::Part take_part(std::vector<LightUnit::Part>& left, std::uint64_t most
   if (others.first < others.end) left.push_back(others);
   return part;
 }
+
+namespace {
 
 /// The numbers first to end - 1, counted through the ranges.
 std::vector<std::uint32_t> numbers_of(std::span<const NumberRange> ranges, std::uint64_t first, std::uint64_t end) {
@@ -141,7 +150,7 @@ void LightStages::start(LightUnit& lights, std::size_t which, std::uint32_t kind
 }
 
 void LightStages::launch(LightUnit& lights, std::size_t which) {
-  lights.running = take_part(lights.left, most_paths(config_));
+  lights.running = take_light_part(lights.left, config_);
   lights.numbers = numbers_of(lights.ranges, lights.running.first, lights.running.end);
   const std::size_t count = lights.numbers.size();
   lights.frame = unit_frame(lights.frame, lights.running.sample_begin, lights.running.sample_end, std::uint32_t(count));

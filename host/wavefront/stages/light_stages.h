@@ -61,6 +61,9 @@ struct LightUnit {
   Ticket counted;  // `words` and `counts` are there
 };
 
+/// Takes a part that there is room for from the last one of `left`, which is not empty.
+[[nodiscard]] LightUnit::Part take_light_part(std::vector<LightUnit::Part>& left, const WavefrontConfig& config);
+
 /// Runs light paths in parts that fit the memory for splats. If a part leaves more, it is divided and traced again.
 class LightStages {
  public:

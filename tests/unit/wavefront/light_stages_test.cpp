@@ -35,5 +35,35 @@ TEST(LightStages, blocks_of_equal_size_have_equal_shares) {
   }
 }
 
+/// Takes all light paths of a unit, part by part. Returns the paths of the first part.
+std::uint64_t first_part(const WavefrontConfig& config, std::uint64_t numbers, std::uint64_t samples) {
+  std::vector<LightUnit::Part> left{{0, numbers, 0, samples}};
+  std::uint64_t all = 0, first = 0;
+  while (!left.empty()) {
+    const LightUnit::Part part = take_light_part(left, config);
+    EXPECT_LE(part.end - part.first, config.pixels) << "the numbers stand in the buffer for pixels";
+    const std::uint64_t paths = (part.end - part.first) * (part.sample_end - part.sample_begin);
+    EXPECT_LE(paths, config.capacity());
+    if (first == 0) first = paths;
+    all += paths;
+  }
+  EXPECT_EQ(all, numbers * samples);
+  return first;
+}
+
+TEST(LightStages, parts_are_as_large_as_the_room_for_splats_and_numbers) {
+  WavefrontConfig queued;
+  queued.chunk = 1U << 25, queued.pixels = 1U << 20;
+  EXPECT_EQ(first_part(queued, 1U << 20, 32), 1U << 22) << "an eighth of the paths in flight";
+  EXPECT_EQ(first_part(queued, 1U << 22, 2), 1U << 21) << "the numbers that there is room for";
+  queued.chunk = 1U << 10, queued.pixels = 1U << 10;
+  EXPECT_EQ(first_part(queued, 1U << 14, 3), 1023U);
+  EXPECT_EQ(first_part(queued, 5, 3000), 1024U) << "of one number";
+  WavefrontConfig chunked;
+  chunked.chunked = true, chunked.chunk = 1U << 12, chunked.chunks = 64, chunked.pixels = kBlockPixels;
+  EXPECT_EQ(first_part(chunked, 1U << 20, 1), 1U << 13);
+  EXPECT_EQ(first_part(chunked, 1U << 20, 32), 1U << 16);
+}
+
 }  // namespace
 }  // namespace eikon
