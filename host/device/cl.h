@@ -62,7 +62,8 @@ struct Ticket::Impl {
 
 struct Program::Impl {
   ClProgram program;
-  std::string device;
+  cl_device_id id = nullptr;  // of the device that it is built for
+  std::string device;         // name of it
   // The place to keep the binary in; none: it is there already, or not wanted.
   std::optional<StoredProgram> stored;
   std::set<std::string> not_run;  // kernels that the driver has yet to compile; empty before the first has run

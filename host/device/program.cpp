@@ -121,6 +121,7 @@ std::shared_ptr<Program::Impl> build_program(cl_context context, cl_device_id de
   dump_program(text, flags);
 
   auto impl = std::make_shared<Program::Impl>();
+  impl->id = device;
   impl->device = info.name;
   // Code that is not optimised is for Oclgrind, which names files and lines of the text, as errors do.
   const std::string compact = options.optimise ? bare_text(without_excluded(text, defines)) : text;
@@ -174,10 +175,11 @@ Kernel Program::kernel(const std::string& name) const {
 const std::string& Kernel::name() const { return impl_->name; }
 
 std::size_t Kernel::most_work_items() const {
+  // Oclgrind wants the device to be named, which OpenCL asks for only where a program has several.
   std::size_t count = 1;
-  cl_check(
-      clGetKernelWorkGroupInfo(impl_->kernel.get(), nullptr, CL_KERNEL_WORK_GROUP_SIZE, sizeof count, &count, nullptr),
-      "asking for the work-group size of kernel '" + impl_->name + "'", impl_->program->device);
+  cl_check(clGetKernelWorkGroupInfo(impl_->kernel.get(), impl_->program->id, CL_KERNEL_WORK_GROUP_SIZE, sizeof count,
+                                    &count, nullptr),
+           "asking for the work-group size of kernel '" + impl_->name + "'", impl_->program->device);
   return count;
 }
 
