@@ -152,7 +152,7 @@ TEST(Units, N5_of_the_size_that_the_environment_asks_for_give_the_same_bits) {
   EXPECT_GE(units_of("EIKON_UNIT_PATHS=4096"), 256);
   EXPECT_TRUE(succeeded(here.eikon("compare out.exr small.exr --fail-above 0")));
   for (const char* bad :
-       {"PATHS=63", "PATHS=8388609", "PATHS=-1", "PATHS=many", "PATHS=", "BLOCK=0", "BLOCK=2049", "BLOCK=8x8"})
+       {"PATHS=63", "PATHS=33554433", "PATHS=-1", "PATHS=many", "PATHS=", "BLOCK=0", "BLOCK=2049", "BLOCK=8x8"})
     EXPECT_TRUE(refused(here.eikon(image, std::string("EIKON_UNIT_") + bad), kUsage)) << bad;
 }
 
