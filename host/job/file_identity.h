@@ -28,7 +28,7 @@ class FileTable {
   std::map<std::string, std::size_t> numbers_;  // by path, and by device and inode
 };
 
-/// What a command reads.
+/// The files that a command reads.
 struct Inputs {
   std::string scene{};               // with the files that it names; empty: none
   std::vector<std::string> files{};  // all others; empty names are left out

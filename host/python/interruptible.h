@@ -8,7 +8,7 @@ namespace eikon::python {
 
 /// Runs `work` with Python's lock released, and returns when it has ended: on a thread of its own if it is called on Python's main
 /// thread, else on the calling thread. On the main thread, a signal that Python has a handler for sets the flag that `work` gets.
-/// What the handler raises is thrown once `work` has ended; else what `work` throws.
+/// An exception that the handler raises is thrown once `work` has ended; without one, whatever `work` throws is.
 /// Drivers that compile within the process (LLVM) replace signal handlers by their own. Those of Python are put back at the end;
 /// and meanwhile the main thread receives SIGINT here, before those see it.
 void run_interruptible(const std::function<void(std::atomic<bool>& stop)>& work);

@@ -7,9 +7,12 @@
 #include "wavefront/memory_need.h"
 
 namespace eikon {
+namespace {
 
-// Paths of the unit that a replay renders. It is one path from the camera, but there may be many light paths.
-static constexpr std::uint32_t kReplayPool = 1U << 14;
+// The most paths of a unit: a replay has one path from the camera, but may have many light paths.
+constexpr std::uint32_t kReplayPool = 1U << 14;
+
+}  // namespace
 
 ReplayedSample replay_path(const ReadyScene& scene, const Settings& settings, const Execution& usual,
                            const PixelSample& sample, const std::function<void(const PathVertex&)>& report) {

@@ -49,7 +49,7 @@ struct WorkBytes {
   // `sets` times each; packed is 0 where there is none.
   std::size_t sums = 0, rejected = 0, packed = 0, sets = 1;
   [[nodiscard]] std::uint64_t total() const;
-  /// Of the largest buffer.
+  /// The bytes of the largest buffer.
   [[nodiscard]] std::uint64_t largest() const;
 };
 [[nodiscard]] WorkBytes work_bytes(const WavefrontConfig& config, const WorkBufferSizes& plan);

@@ -15,8 +15,8 @@ namespace {
 
 constexpr std::uint64_t kPathBytes = 256;  // rough size of state and film slots of a path with all features
 constexpr std::uint32_t kMostPool = 1U << 22;
-constexpr std::uint32_t kMostExactPaths =
-    1U << 23;  // kernels of several lanes number no more (kernels/stages/path_state.h)
+// Kernels of several lanes number the paths of a unit exactly below this (kernels/stages/path_state.h).
+constexpr std::uint32_t kMostExactPaths = 1U << 23;
 // A device that launches each stage has a fixed cost for each depth of a unit, whatever the unit's size. An H200 takes 0.09 to 0.16 ms
 // for each of the 25 to 80 depths of a unit that have less than 2^16 paths: with units of 2^23 paths 15 % of the time in cornell.gltf
 // and 36 % in cornell_spheres.gltf (tools/gpu/MODEL.md).

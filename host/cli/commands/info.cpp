@@ -277,7 +277,8 @@ void print_device_memory(const Contents& contents, Execution execution) {
     const Settings& settings = contents.prepared.settings;
     const LayoutPlan plan =
         plan_layout(configure(info, execution), execution, triangles, rays, features.has(Feature::instance));
-    const std::uint64_t scene = record_bytes(contents) + tree_bytes(contents, plan.layout) + photon_map_bytes(settings);
+    const std::uint64_t photons = features.has(Feature::merging) ? photon_map_bytes(settings) : 0;
+    const std::uint64_t scene = record_bytes(contents) + tree_bytes(contents, plan.layout) + photons;
     const WavefrontConfig config =
         configure(info, fit_units(info, features, settings, execution, {.beside_bytes = scene}));
     fmt::print("  device {}: {} bytes for {} paths in flight, beside the scene as {} ({}{})\n", info.index,

@@ -57,8 +57,8 @@ class ViewServer {
   std::string token_;
   int port_;
   std::unique_ptr<Http> http_;
-  std::mutex
-      scene_;  // held while another scene takes the place of the one that is shown, or a final render of that is started
+  // Held while another scene takes the place of the one that is shown, or a final render of that one is started.
+  std::mutex scene_;
 
   void guard();
   void add_handlers();

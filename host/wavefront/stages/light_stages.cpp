@@ -31,30 +31,6 @@ std::uint32_t splat_capacity(const WavefrontConfig& config) {
   return kSplatsPerPath * std::uint32_t(most_paths(config)) + EK_PAD;
 }
 
-}  // namespace
-
-LightUnit::Part take_light_part(std::vector<LightUnit::Part>& left, const WavefrontConfig& config) {
-  LightUnit::Part part = left.back();
-  left.pop_back();
-  const std::uint64_t most = most_paths(config);
-  // The numbers stand in the buffer for the pixels of a unit. A device that launches each stage waits for each depth of a part, so that it has
-  // few large ones.
-  const std::uint64_t most_numbers =
-      config.chunked ? std::min<std::uint64_t>(kMostNumbers, config.pixels) : config.pixels;
-  const std::uint64_t samples = std::min(part.sample_end - part.sample_begin, most);
-  const std::uint64_t numbers =
-      std::min(part.end - part.first, std::clamp<std::uint64_t>(most / samples, 1, most_numbers));
-  LightUnit::Part later = part, others = part;
-  part.sample_end = later.sample_begin = part.sample_begin + samples;
-  part.end = others.first = part.first + numbers;
-  others.sample_end = part.sample_end;
-  if (later.sample_begin < later.sample_end) left.push_back(later);
-  if (others.first < others.end) left.push_back(others);
-  return part;
-}
-
-namespace {
-
 /// The numbers first to end - 1, counted through the ranges.
 std::vector<std::uint32_t> numbers_of(std::span<const NumberRange> ranges, std::uint64_t first, std::uint64_t end) {
   std::vector<std::uint32_t> numbers;
@@ -69,6 +45,26 @@ std::vector<std::uint32_t> numbers_of(std::span<const NumberRange> ranges, std::
 }
 
 }  // namespace
+
+LightUnit::Part take_light_part(std::vector<LightUnit::Part>& left, const WavefrontConfig& config) {
+  LightUnit::Part part = left.back();
+  left.pop_back();
+  const std::uint64_t most = most_paths(config);
+  // The numbers stand in the buffer for the pixels of a unit. A device that launches each stage waits for each depth of a part, so it gets few
+  // large ones.
+  const std::uint64_t most_numbers =
+      config.chunked ? std::min<std::uint64_t>(kMostNumbers, config.pixels) : config.pixels;
+  const std::uint64_t samples = std::min(part.sample_end - part.sample_begin, most);
+  const std::uint64_t numbers =
+      std::min(part.end - part.first, std::clamp<std::uint64_t>(most / samples, 1, most_numbers));
+  LightUnit::Part later = part, others = part;
+  part.sample_end = later.sample_begin = part.sample_begin + samples;
+  part.end = others.first = part.first + numbers;
+  others.sample_end = part.sample_end;
+  if (later.sample_begin < later.sample_end) left.push_back(later);
+  if (others.first < others.end) left.push_back(others);
+  return part;
+}
 
 std::vector<NumberRange> light_paths_of(const LightPathPlan& plan, const Crop& block) {
   std::vector<NumberRange> ranges;
