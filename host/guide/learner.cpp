@@ -9,6 +9,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -50,10 +51,14 @@ struct BinSums {
   }
 };
 
-/// The samples of a cell in one round. Small cells have samples in few of their bins, so the others are neither cleared nor
-/// looked at.
+/// The samples of a cell in one round. Small cells have samples in few of their bins, so only groups of bins with samples take memory.
 class CellSums {
+  static constexpr std::size_t kBinsOfGroup = 4;
+
  public:
+  /// The memory of groups, of many cells together.
+  using Groups = CellValues<std::array<BinSums, kBinsOfGroup>>;
+
   std::uint64_t sampled;  // by light sampling at vertices of this cell
   std::uint32_t sampled_count;
 
@@ -62,38 +67,51 @@ class CellSums {
     sampled_count = 0;
     used_ = 0;
   }
-  void add(std::size_t bin, const BinSums& sums) {
-    if ((used_ >> bin & 1) != 0) {
-      bins_[bin] += sums;
-      return;
+  void add(std::size_t bin, const BinSums& sums, Groups& groups) {
+    const std::size_t group = bin / kBinsOfGroup, first = group * kBinsOfGroup;
+    if ((used_ >> first & ((1U << kBinsOfGroup) - 1)) == 0) {
+      group_[group] = std::uint32_t(groups.size());
+      groups.add();
     }
+    BinSums& own = groups[group_[group]][bin - first];
+    if ((used_ >> bin & 1) != 0)
+      own += sums;
+    else
+      own = sums;
     used_ |= std::uint64_t{1} << bin;
-    bins_[bin] = sums;
   }
-  void operator+=(const CellSums& o) {
-    o.for_each_bin([this](std::size_t bin, const BinSums& sums) { add(bin, sums); });
-    sampled += o.sampled;
-    sampled_count += o.sampled_count;
+  /// groups, of_other  the memory of this cell and of the other one
+  void add(const CellSums& other, Groups& groups, const Groups& of_other) {
+    other.for_each_bin(of_other, [&](std::size_t bin, const BinSums& sums) { add(bin, sums, groups); });
+    sampled += other.sampled;
+    sampled_count += other.sampled_count;
   }
   /// Calls use(bin, sums) for the bins that have samples, in their order.
   template <class Use>
-  void for_each_bin(const Use& use) const {
+  void for_each_bin(const Groups& groups, const Use& use) const {
     for (std::uint64_t left = used_; left != 0; left &= left - 1) {
       const auto bin = std::size_t(std::countr_zero(left));
-      use(bin, bins_[bin]);
+      use(bin, groups[group_[bin / kBinsOfGroup]][bin % kBinsOfGroup]);
     }
   }
 
  private:
   static_assert(EK_GUIDE_BINS == 64, "a bit for each bin");
   std::uint64_t used_;
-  std::array<BinSums, EK_GUIDE_BINS> bins_;  // only those that are used have values
+  std::array<std::uint32_t, EK_GUIDE_BINS / kBinsOfGroup> group_;  // only those with samples have values
 };
 
-/// The light at a cell by all rounds so far.
+/// The light at a cell.
 struct CellMeans {
   std::array<double, EK_GUIDE_BINS> mean, square;  // of samples in a bin, luminance and its square
+  std::array<double, EK_GUIDE_BINS> target;        // the root of `square`
   double indirect, direct;
+
+  void set(std::size_t bin, double mean_of_bin, double square_of_bin) {
+    mean[bin] = mean_of_bin;
+    square[bin] = square_of_bin;
+    target[bin] = std::sqrt(square_of_bin);
+  }
 };
 
 float PathLog::number(std::size_t path, std::uint32_t vertex, std::uint32_t which) const {
@@ -105,6 +123,8 @@ struct GuideLearner::Impl {
   struct Visited {
     CellIndex index;
     CellValues<CellSums> sums;
+    CellSums::Groups groups;
+    CellValues<CellMeans> means;  // while a round ends; not of the finest cells, which surround no others
     CellSums& of(CellId id) {
       const std::uint32_t number = index.add(id);
       if (number == sums.size()) sums.add().clear();
@@ -113,15 +133,16 @@ struct GuideLearner::Impl {
     void clear() {
       index.clear();
       sums.clear();
+      groups.clear();
+      means.clear();
     }
   };
 
   /// A part of the cells, with all coarser cells that they lie in. Threads work on shards of their own.
   struct Shard {
     std::array<Visited, EK_GUIDE_LEVELS> levels;  // in this round; those above the finest are summed up at its end
+    // The cells of all rounds so far; each list has a value for every one, by its number.
     CellIndex known;
-    // Each has a value for every known cell, by its number.
-    CellValues<CellMeans> means;
     std::vector<double> indirect;  // CellMeans::indirect, which is looked up more often than all the rest
     CellValues<GuideCellWords> words;
   };
@@ -184,13 +205,15 @@ struct GuideLearner::Impl {
     return sample;
   }
 
-  static void add_sample(CellSums& cell, const Sample& sample) {
+  static void add_sample(Visited& visited, const Sample& sample) {
+    CellSums& cell = visited.of(sample.id);
     if (sample.sampled != Sample::kNone) {
       cell.sampled += sample.sampled;
       ++cell.sampled_count;
     }
     if (sample.arriving == Sample::kNone) return;
-    cell.add(sample.bin, {.square = uint128(sample.arriving) * sample.arriving, .sum = sample.arriving, .count = 1});
+    cell.add(sample.bin, {.square = uint128(sample.arriving) * sample.arriving, .sum = sample.arriving, .count = 1},
+             visited.groups);
   }
 
   void add(const PathLog& log) {
@@ -209,23 +232,22 @@ struct GuideLearner::Impl {
     });
     oneapi::tbb::parallel_for(std::size_t{0}, kShards, [&](std::size_t shard) {
       for (std::size_t block = 0; block < count; ++block)
-        for (const Sample& sample : blocks[block][shard]) add_sample(shards[shard].levels[0].of(sample.id), sample);
+        for (const Sample& sample : blocks[block][shard]) add_sample(shards[shard].levels[0], sample);
     });
   }
 
   /// The means of a cell from its samples, drawn towards those of the cell around it where there are few.
-  [[nodiscard]] CellMeans means(const CellSums& sums, const CellMeans* around) const {
+  [[nodiscard]] CellMeans means(const CellSums& sums, const CellSums::Groups& groups, const CellMeans* around) const {
     CellMeans cell;
     if (around != nullptr)
       cell = *around;
     else
-      fill_with_mean_of_bins(sums, cell);
-    sums.for_each_bin([&](std::size_t b, const BinSums& bin) {
-      cell.mean[b] = (double(bin.sum) * unit + kPrior * cell.mean[b]) / (bin.count + kPrior);
-      cell.square[b] = (to_double(bin.square) * unit * unit + kPrior * cell.square[b]) / (bin.count + kPrior);
+      fill_with_mean_of_bins(sums, groups, cell);
+    sums.for_each_bin(groups, [&](std::size_t b, const BinSums& bin) {
+      cell.set(b, (double(bin.sum) * unit + kPrior * cell.mean[b]) / (bin.count + kPrior),
+               (to_double(bin.square) * unit * unit + kPrior * cell.square[b]) / (bin.count + kPrior));
     });
-    cell.indirect = 0;
-    for (const double mean : cell.mean) cell.indirect += mean / EK_GUIDE_BINS;
+    cell.indirect = std::accumulate(cell.mean.begin(), cell.mean.end(), 0.0) / EK_GUIDE_BINS;
     const double prior = around != nullptr ? kPrior : 0;
     cell.direct = 0;
     if (sums.sampled_count + prior > 0)
@@ -235,9 +257,9 @@ struct GuideLearner::Impl {
   }
 
   /// Gives each bin the mean over all of them.
-  void fill_with_mean_of_bins(const CellSums& sums, CellMeans& cell) const {
+  void fill_with_mean_of_bins(const CellSums& sums, const CellSums::Groups& groups, CellMeans& cell) const {
     double all = 0, all_squares = 0, count = 0;
-    sums.for_each_bin([&](std::size_t, const BinSums& bin) {
+    sums.for_each_bin(groups, [&](std::size_t, const BinSums& bin) {
       all += double(bin.sum);
       all_squares += to_double(bin.square);
       count += bin.count;
@@ -245,24 +267,18 @@ struct GuideLearner::Impl {
     count = std::max(count, 1.0);
     cell.mean.fill(all * unit / count);
     cell.square.fill(all_squares * unit * unit / count);
-  }
-
-  static GuideCellWords words_of(CellId id, const CellMeans& means) {
-    GuideCellData cell{.id = id, .indirect = means.indirect, .direct = means.direct};
-    for (std::size_t b = 0; b < EK_GUIDE_BINS; ++b) cell.target[b] = std::sqrt(means.square[b]);
-    return eikon::words_of(cell);
+    cell.target.fill(std::sqrt(cell.square[0]));
   }
 
   static void know(Shard& shard, CellId id, const CellMeans& means) {
     const std::uint32_t number = shard.known.add(id);
-    if (number == shard.means.size()) {
-      shard.means.add();
+    if (number == shard.words.size()) {
       shard.indirect.push_back(0);
       shard.words.add();
     }
-    shard.means[number] = means;
     shard.indirect[number] = means.indirect;
-    shard.words[number] = words_of(id, means);
+    shard.words[number] =
+        words_of({.id = id, .target = means.target, .indirect = means.indirect, .direct = means.direct});
   }
 
   void end_round(bool keep) {
@@ -272,18 +288,20 @@ struct GuideLearner::Impl {
         const Visited& fine = shard.levels[level];
         Visited& coarse = shard.levels[level + 1];
         for (std::size_t number = 0; number < fine.sums.size(); ++number)
-          coarse.of(coarser(fine.index.ids()[number])) += fine.sums[number];
+          coarse.of(coarser(fine.index.ids()[number])).add(fine.sums[number], coarse.groups, fine.groups);
       }
       for (std::uint32_t level = EK_GUIDE_LEVELS; level-- > 0;) {
-        const Visited& visited = shard.levels[level];
+        Visited& visited = shard.levels[level];
+        const Visited* const coarse = level + 1 < EK_GUIDE_LEVELS ? &shard.levels[level + 1] : nullptr;
         for (std::size_t number = 0; number < visited.sums.size(); ++number) {
           const CellId id = visited.index.ids()[number];
-          const bool has_coarser = level + 1 < EK_GUIDE_LEVELS;
-          const CellMeans* const around = has_coarser ? &shard.means[shard.known.find(coarser(id))] : nullptr;
-          know(shard, id, means(visited.sums[number], around));
+          const CellMeans* const around = coarse != nullptr ? &coarse->means[coarse->index.find(coarser(id))] : nullptr;
+          const CellMeans cell = means(visited.sums[number], visited.groups, around);
+          know(shard, id, cell);
+          if (level > 0) visited.means.add() = cell;
         }
-        if (level > 0 || !keep) shard.levels[level].clear();
       }
+      for (std::uint32_t level = keep ? 1 : 0; level < EK_GUIDE_LEVELS; ++level) shard.levels[level].clear();
     });
   }
 
