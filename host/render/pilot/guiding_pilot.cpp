@@ -27,35 +27,14 @@ constexpr double kCellsPerHeight = 16;  // smallest cells across the picture at 
 constexpr double kLeastGain = 1.25;  // a guided vertex costs about so many times another one (kernels/guide/README.md)
 // The pilot gives up after a round, if the gains that its samples and those of the round before show are less than this. They are noisy,
 // and grow from round to round (kernels/guide/README.md). The third round says enough only if it has many paths.
-// The first round, which has no table, tells how much of the error guiding can change at all, and hopes for the best.
-constexpr std::array<double, kRounds.size()> kLeastHopeOfRound = {kLeastGain, 0, 0.9, 1, 1.1, 0};
-constexpr double kLeastLeft = 0.25;  // of the error that guiding can change; .27 in the best shipped scene, blind_room
+constexpr std::array<double, kRounds.size()> kLeastHopeOfRound = {0, 0, 0.9, 1, 1.1, 0};
 constexpr std::size_t kThirdRound = 2;
 constexpr std::uint64_t kLeastPathsOfThree = 50'000;
 constexpr std::uint64_t kLeastPathsToGiveUp = 1U << 17;  // smaller pilots show too little in their rounds
 
-/// Sums over the samples of each pixel.
-struct PixelSums {
-  std::vector<double> count, sum, square;
-
-  void resize(std::size_t pixels) {
-    for (auto* list : {&count, &sum, &square}) list->resize(pixels);
-  }
-  void add(std::size_t pixel, double value) {
-    count[pixel] += 1;
-    sum[pixel] += value;
-    square[pixel] += value * value;
-  }
-  /// Variance of a sample in a pixel, as of independent ones.
-  [[nodiscard]] double variance(std::size_t pixel) const {
-    const double n = count[pixel], mean = sum[pixel] / n;
-    return std::max(square[pixel] / n - mean * mean, 0.0);
-  }
-};
-
 /// The paths of one way of sampling in the trial.
 struct Trial {
-  PixelSums luminance;                           // of paths
+  std::vector<double> count, sum, square;        // luminance of paths, by pixel
   std::array<std::vector<double>, 2> replicate;  // sums of its halves, which are scrambled apart
   double rays = 0, paths = 0;
 };
@@ -68,12 +47,8 @@ struct Trials {
 class GuidingPilot {
  public:
   /// picture  with the settings of guiding_picture_settings(), and a program with feature path_log
-  /// guides_light_sampling  whether tables steer that, too
-  GuidingPilot(PilotPicture& picture, std::uint64_t paths, bool guides_light_sampling)
-      : picture_(picture),
-        wanted_paths_(paths),
-        guides_light_sampling_(guides_light_sampling),
-        samples_(first_round(picture.settings(), paths)) {}
+  GuidingPilot(PilotPicture& picture, std::uint64_t paths)
+      : picture_(picture), wanted_paths_(paths), samples_(first_round(picture.settings(), paths)) {}
 
   /// Samples of a pixel in the first round.
   static std::uint64_t first_round(const Settings& picture, std::uint64_t paths) {
@@ -93,7 +68,6 @@ class GuidingPilot {
       render(samples_ * kRounds[round], [&](const PathLog& log) {
         learner.add(log);
         add(trial, log);
-        if (round == 0) add_unchanged(log);
       });
       add_to_means(trial);
       if (may_give_up && gives_up_after(round, learner, pilot)) return;
@@ -148,7 +122,6 @@ class GuidingPilot {
     double sum = 0;
     render(4, [&](const PathLog& log) {
       add(rounds_.without, log);
-      add_unchanged(log);
       for (const double value : luminances(log)) sum += std::abs(value);
       for (std::size_t path = 0; path < log.paths; ++path)
         if ((log.word(path, 0, LOG_info) & LOG_HIT) != 0) distances.push_back(log.number(path, 0, LOG_distance));
@@ -168,22 +141,22 @@ class GuidingPilot {
   /// Adds a round to the means by which errors are judged. They do not have the trial's samples: one that is bright would
   /// otherwise raise the mean of its pixel and so hide itself.
   void add_to_means(const Trial& round) {
-    for (std::size_t pixel = 0; pixel < sums_.size(); ++pixel) sums_[pixel] += round.luminance.sum[pixel];
+    for (std::size_t pixel = 0; pixel < sums_.size(); ++pixel) sums_[pixel] += round.sum[pixel];
     means_ = sums_;
     for (double& value : means_) value /= double(next_);
     means_ = smoothed(means_, picture_.settings().width);
   }
 
-  [[nodiscard]] std::size_t pixel_of(std::size_t path) const { return unit_->first_pixel + path % unit_->pixels; }
-
   void add(Trial& trial, const PathLog& log) const {
-    trial.luminance.resize(picture_.pixel_count());
-    for (std::vector<double>& list : trial.replicate) list.resize(picture_.pixel_count());
+    for (auto* list : {&trial.count, &trial.sum, &trial.square, &trial.replicate[0], &trial.replicate[1]})
+      list->resize(picture_.pixel_count());
     const std::vector<double> values = luminances(log);
     trial.paths += double(values.size());
     for (std::size_t path = 0; path < values.size(); ++path) {
-      const std::size_t pixel = pixel_of(path);
-      trial.luminance.add(pixel, values[path]);
+      const std::size_t pixel = unit_->first_pixel + path % unit_->pixels;
+      trial.count[pixel] += 1;
+      trial.sum[pixel] += values[path];
+      trial.square[pixel] += values[path] * values[path];
       trial.replicate[(unit_->sample_begin + path / unit_->pixels) % 2][pixel] += values[path];
       for (std::uint32_t v = 0; v < EK_LOG_DEPTHS; ++v) {
         const std::uint32_t info = log.word(path, v, LOG_info);
@@ -193,42 +166,28 @@ class GuidingPilot {
     }
   }
 
-  /// Adds what guiding does not change: the light of the surface that the camera sees, and what light sampling finds there.
-  void add_unchanged(const PathLog& log) {
-    unchanged_.resize(picture_.pixel_count());
-    for (std::size_t path = 0; path < log.paths; ++path) {
-      const std::uint32_t info = log.word(path, 0, LOG_info);
-      double value = (info & (LOG_HIT | LOG_MISS)) != 0 ? double(log.number(path, 0, LOG_emitted)) : 0;
-      if ((info & LOG_HIT) != 0 && !guides_light_sampling_) value += double(log.number(path, 0, LOG_sampled));
-      unchanged_.add(pixel_of(path), std::isfinite(value) ? value : 0);
-    }
-  }
-
   /// Variance of a sample in a pixel, as of independent ones.
   [[nodiscard]] static double sample_variance(const Trial& trial, std::size_t pixel) {
-    return trial.luminance.variance(pixel);
+    const double n = trial.count[pixel], mean = trial.sum[pixel] / n;
+    return std::max(trial.square[pixel] / n - mean * mean, 0.0);
   }
   /// The same from the difference of its halves, which have less where samples fill each other's gaps.
   [[nodiscard]] static double replicate_variance(const Trial& trial, std::size_t pixel) {
-    const double half = 0.5 * trial.luminance.count[pixel];
+    const double half = 0.5 * trial.count[pixel];
     const double difference = (trial.replicate[0][pixel] - trial.replicate[1][pixel]) / half;
     return 0.5 * half * difference * difference;
   }
 
-  /// The sum over every `step`th pixel from `first` on of the variance over the squared mean.
-  template <class Variance>
-  [[nodiscard]] double error(std::size_t first, std::size_t step, const Variance& variance) const {
-    const double all = std::accumulate(means_.begin(), means_.end(), 0.0) / double(means_.size());
-    double sum = 0;
-    for (std::size_t i = first; i < means_.size(); i += step) sum += variance(i) / error_scale(means_[i], all);
-    return sum;
-  }
-
-  /// Error times rays without guiding over that with it, by every `step`th pixel from `first` on.
+  /// Error times rays without guiding over that with it, by every `step`th pixel from `first` on. The error is the
+  /// sum over pixels of the variance over the squared mean.
   template <class Variance>
   [[nodiscard]] double gain(const Trials& trials, std::size_t first, std::size_t step, const Variance& variance) const {
+    const double all = std::accumulate(means_.begin(), means_.end(), 0.0) / double(means_.size());
     const auto cost = [&](const Trial& trial) {
-      return error(first, step, [&](std::size_t i) { return variance(trial, i); }) * trial.rays / trial.paths;
+      double error = 0;
+      for (std::size_t i = first; i < means_.size(); i += step)
+        error += variance(trial, i) / error_scale(means_[i], all);
+      return error * trial.rays / trial.paths;
     };
     const double with = cost(trials.with);
     return with > 0 ? cost(trials.without) / with : 1;
@@ -241,26 +200,12 @@ class GuidingPilot {
                      gain(trials, 1, 2, sample_variance), gain(trials, 0, 1, replicate_variance)});
   }
 
-  /// The gain if guiding left but kLeastLeft of the error that it can change.
-  [[nodiscard]] double most_gain() const {
-    const auto error_of = [&](const PixelSums& sums) {
-      return error(0, 1, [&](std::size_t i) { return sums.variance(i); });
-    };
-    const double all = error_of(rounds_.without.luminance), unchanged = error_of(unchanged_);
-    const double left = unchanged + kLeastLeft * (all - unchanged);
-    return left > 0 ? all / left : 1;
-  }
-
-  /// True if a round shows so little hope that the rest of the pilot can be spared; then this is in the report. From the second round
-  /// on the hope is the better gain over unguided paths of this round and of the one before.
+  /// True if this round and the one before did so badly beside unguided paths that the rest of the pilot can be spared; then this is in
+  /// the report.
   bool gives_up_after(std::size_t round, const GuideLearner& learner, Pilot& pilot) {
-    double hope = 0;
-    if (round == 0) {
-      hope = most_gain();
-    } else {
-      const double before = std::exchange(gain_of_round_, gain(rounds_, 0, 1, sample_variance));
-      hope = std::max(before, gain_of_round_);
-    }
+    if (round == 0) return false;
+    const double before = std::exchange(gain_of_round_, gain(rounds_, 0, 1, sample_variance));
+    const double hope = std::max(before, gain_of_round_);
     if (round == kThirdRound && paths_ < kLeastPathsOfThree) return false;
     if (hope >= kLeastHopeOfRound[round]) return false;
     report(learner.table(), hope, pilot);
@@ -283,13 +228,11 @@ class GuidingPilot {
 
   PilotPicture& picture_;
   std::uint64_t wanted_paths_;
-  bool guides_light_sampling_;
   std::uint64_t samples_;  // of a pixel in the first round
   float scale_ = 1;
   double usual_luminance_ = 1;
   std::vector<double> sums_, means_;  // luminance of the paths of all rounds, by pixel; means are smoothed
   double gain_of_round_ = 0;          // the last one
-  PixelSums unchanged_;               // luminance that guiding does not change, of the paths without a table
   Trials rounds_;                     // paths without a table, and those of the last round with one
   std::uint64_t next_ = 0, paths_ = 0;
   const PilotUnit* unit_ = nullptr;  // that was rendered last
@@ -306,10 +249,9 @@ std::uint64_t largest_guiding_round(const Settings& settings) {
   return GuidingPilot::first_round(picture, settings.pilot_paths) * kRounds.back() * picture.crop.pixel_count();
 }
 
-void run_guiding_pilot(PilotPicture& picture, const Features& features, const Settings& settings, Pilot& pilot) {
+void run_guiding_pilot(PilotPicture& picture, const Settings& settings, Pilot& pilot) {
   picture.restart(guiding_picture_settings(settings));
-  const bool guides_light_sampling = features.has(Feature::next_event) && features.has(Feature::environment);
-  GuidingPilot(picture, settings.pilot_paths, guides_light_sampling).run(settings.guiding, pilot);
+  GuidingPilot(picture, settings.pilot_paths).run(settings.guiding, pilot);
 }
 
 }  // namespace eikon

@@ -12,9 +12,9 @@ namespace eikon {
 /// The most paths that it renders at once.
 [[nodiscard]] std::uint64_t largest_guiding_round(const Settings& settings);
 
-/// picture   of a program with feature path_log, and of these features besides
+/// picture   of a program with feature path_log
 /// settings  of the image
 /// pilot     gets the table, if paths are to be guided, and the figures of its report about that. throws DeviceError
-void run_guiding_pilot(PilotPicture& picture, const Features& features, const Settings& settings, Pilot& pilot);
+void run_guiding_pilot(PilotPicture& picture, const Settings& settings, Pilot& pilot);
 
 }  // namespace eikon

@@ -96,7 +96,7 @@ Pilot run_pilot(DevicePool::Lease& device, const ReadyWavefronts::SharedScene& s
   }
   if (wants_guiding(then, settings)) {
     picture.wavefront().trace_light_paths(false);  // what it finds is weighed against them all the same
-    run_guiding_pilot(picture, then, of_image, pilot);
+    run_guiding_pilot(picture, of_image, pilot);
   }
   report.seconds = host_seconds() - begin;
   return pilot;
