@@ -87,7 +87,8 @@ class Wavefront {
   /// valid until the next begin() but one. throws DeviceError; InternalError if no unit was begun
   UnitResult finish();
 
-  /// Turns the light paths of units on or off, if the program has the stages for them. At first they are on.
+  /// Turns the light paths of units on or off, if the program has the stages for them. Each image begins
+  /// with them.
   void trace_light_paths(bool on);
   /// Uploads another table of path guiding; of a program with feature path_log. No unit may be under way.
   void set_guide(std::shared_ptr<const GuideTable> guide);

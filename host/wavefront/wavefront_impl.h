@@ -96,6 +96,7 @@ struct Wavefront::Impl {
   }
 
   void begin_image(const Settings& settings) {
+    lights_on = true;
     light_paths = {frame.light_path_count, settings.crop};
     photons.restart(photon_plan(settings), frame);
   }

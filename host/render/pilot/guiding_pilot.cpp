@@ -251,6 +251,7 @@ std::uint64_t largest_guiding_round(const Settings& settings) {
 
 void run_guiding_pilot(PilotPicture& picture, const Settings& settings, Pilot& pilot) {
   picture.restart(guiding_picture_settings(settings));
+  picture.wavefront().trace_light_paths(false);  // what it finds is weighed against them all the same
   GuidingPilot(picture, settings.pilot_paths).run(settings.guiding, pilot);
 }
 

@@ -94,10 +94,7 @@ Pilot run_pilot(DevicePool::Lease& device, const ReadyWavefronts::SharedScene& s
     of_image.light_aim = pilot.light_aim;
     if (best == 0) then.leave_out_light_paths();
   }
-  if (wants_guiding(then, settings)) {
-    picture.wavefront().trace_light_paths(false);  // what it finds is weighed against them all the same
-    run_guiding_pilot(picture, of_image, pilot);
-  }
+  if (wants_guiding(then, settings)) run_guiding_pilot(picture, of_image, pilot);
   report.seconds = host_seconds() - begin;
   return pilot;
 }

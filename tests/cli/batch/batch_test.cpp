@@ -48,6 +48,20 @@ TEST(Batch, runs_every_line_with_the_bits_of_single_renders) {
             (std::map<int, std::vector<std::string>>{{3, each}, {4, each}, {5, each}, {7, each}}));
 }
 
+// The wavefront of a pilot stays ready, and its last picture had no light paths.
+TEST(Batch, a_pilot_after_another_one_tries_light_paths_as_one_alone) {
+  const Workplace here;
+  const std::string view = scene("cornell_spheres.gltf") + " --size 160x120 --spp 2 --fov 40";
+  here.write("jobs.txt",
+             fmt::format("render {} --size 160x120 --spp 2 -o first.exr\nrender {} -o second.exr --stats second.json",
+                         scene("cornell_spheres.gltf"), view));
+  EXPECT_TRUE(succeeded(here.eikon("batch jobs.txt")));
+  EXPECT_TRUE(succeeded(here.eikon("render " + view + " -o alone.exr --quiet --stats alone.json")));
+  EXPECT_TRUE(same_picture(here / "second.exr", here / "alone.exr"));
+  EXPECT_EQ(read_json(here / "second.json").at("pilot").at("light_path_count"),
+            read_json(here / "alone.json").at("pilot").at("light_path_count"));
+}
+
 TEST(Batch, what_is_done_is_skipped_by_its_content) {
   const Workplace here;
   copy_scene(here, "cornell.gltf");
