@@ -14,7 +14,32 @@ import unittest.mock
 
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
-from farm import jobs, planning, policy, scripts, simulate  # noqa: E402
+from farm import folder, jobs, nodes, planning, policy, scripts, simulate  # noqa: E402
+
+
+class Folder(unittest.TestCase):
+    """What the farm's folder tells of tasks, and what Slurm is asked for."""
+
+    def test_the_tenth_round_comes_after_the_ninth(self):
+        with tempfile.TemporaryDirectory() as space:
+            tasks = pathlib.Path(space) / "tasks"
+            tasks.mkdir()
+            for name, state in (("r9-00000", "failed"), ("r10-00000", "done")):
+                (tasks / f"{name}.ledger").write_text(f'{{"state": "{state}", "outputs": [{{"path": "a.exr"}}]}}\n')
+            last = folder.Farm.ledger(types.SimpleNamespace(path=pathlib.Path(space)))
+            self.assertEqual(last["a.exr"]["state"], "done")
+
+    def test_the_name_of_a_job_has_no_blank(self):
+        farm = types.SimpleNamespace(path=pathlib.Path("/scenes/my scene.farm"), excluded="",
+                                     settings={"partition": "", "account": "", "threads": 1, "memory_mb": 100})
+        self.assertEqual(scripts.common(farm, "tasks")["job-name"], "eikon-tasks-my_scene")
+
+    def test_a_busy_node_stays_busy_while_another_one_compiles(self):
+        queue = [{(1, 0): ("PENDING",), (2, 0): ("RUNNING",)}, {(2, 0): ("RUNNING",)}, {}]
+        with tempfile.TemporaryDirectory() as space, unittest.mock.patch.object(nodes, "ASK_SLURM_S", 0.01), \
+                unittest.mock.patch.object(nodes.slurm, "states", lambda ids: queue.pop(0) if len(queue) > 1 else queue[0]), \
+                unittest.mock.patch.object(nodes.slurm, "cancel"):
+            self.assertEqual(nodes.wait_for_probes(pathlib.Path(space), {"busy": 1, "slow": 2}, 0.0), {"busy"})
 
 
 class Parts(unittest.TestCase):

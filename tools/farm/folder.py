@@ -132,7 +132,7 @@ class Farm:
                     entry["task"], entry["text"] = file.stem, line
                     for output in entry["outputs"]:
                         before = last.get(output["path"])
-                        if before is None or entry["task"] >= before["task"]:
+                        if before is None or round_and_task(entry["task"]) >= round_and_task(before["task"]):
                             last[output["path"]] = entry
                 except (ValueError, KeyError, TypeError):
                     continue  # cut off by a power failure: the line is rendered again
@@ -153,6 +153,11 @@ class Farm:
         content = {"settings": self.settings, "jobs": [dataclasses.asdict(job) for job in self.jobs],
                    "measured": dataclasses.asdict(self.measured), "rounds": self.rounds}
         write(self.path / "farm.json", json.dumps(content, indent=1))
+
+
+def round_and_task(name):
+    """(round, task) of a task's name, as in r10-00003."""
+    return tuple(int(number) for number in name[1:].split("-"))
 
 
 def load(path):

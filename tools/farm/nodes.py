@@ -38,22 +38,23 @@ def start(farm):
 def wait_for_probes(place, probes, seconds):
     """Waits until all probes are over; after so many seconds goes on without those that have not begun. Their files say so
     sooner than Slurm does. place: of these files"""
-    end = time.monotonic() + seconds
+    end, cancelled = time.monotonic() + seconds, set()
     while True:
         soon = time.monotonic() + ASK_SLURM_S
         while time.monotonic() < soon:
-            if all((place / f"{node}.probed").exists() for node in probes):
-                return set()
+            if all((place / f"{node}.probed").exists() for node in set(probes) - cancelled):
+                return cancelled
             time.sleep(0.02)
         queue = slurm.states(list(probes.values()))
         left = {node for node, job in probes.items() if queue.get((job, 0), ("",))[0] in slurm.ACTIVE}
         if not left:
-            return set()
+            return cancelled
         if time.monotonic() > end:
             waiting = {node for node in left if queue[probes[node], 0][0] == "PENDING"}
             slurm.cancel([probes[node] for node in waiting])
+            cancelled |= waiting
             if waiting == left:
-                return waiting
+                return cancelled
             end += seconds
 
 

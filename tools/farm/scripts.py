@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The shell scripts that run on the nodes. They need bash and eikon there, nothing else; `--dry-run` prints them."""
+import re
 import shlex
 
 from . import jobs, policy
@@ -27,7 +28,14 @@ if [ -z "$kind" ]; then
   kind="$(sed -n '/^[0-9]*: /p; /driver/p' <<< "$devices" | cksum | tr -d ' ')"
 fi
 archive="$farm/kernels/$kind.tar"
-export POCL_CACHE_DIR="${EIKON_NODE_CACHE:-${TMPDIR:-/tmp}/eikon-kernels-$(id -u)}/$kind"
+cache="$EIKON_NODE_CACHE"
+if [ -z "$cache" ]; then
+  # Compiled kernels are run, so they must not be somebody else's.
+  cache="${TMPDIR:-/tmp}/eikon-kernels-$(id -u)"
+  mkdir -m 700 "$cache" 2> /dev/null
+  [ -O "$cache" ] && [ ! -L "$cache" ] || fail "$cache is not its own folder: name another by EIKON_NODE_CACHE"
+fi
+export POCL_CACHE_DIR="$cache/$kind"
 if [ ! -d "$POCL_CACHE_DIR" ]; then
   mkdir -p "${POCL_CACHE_DIR%/*}" || fail "cannot write ${POCL_CACHE_DIR%/*}: name another folder by EIKON_NODE_CACHE"
   if [ -f "$archive" ]; then
@@ -206,7 +214,9 @@ def head(farm, options):
 def common(farm, name):
     """What every job of the farm asks the scheduler for."""
     settings = farm.settings
-    return {"job-name": f"eikon-{name}-{farm.path.stem}"[:60], "partition": settings["partition"],
+    # Slurm takes what follows a space for another option.
+    job = re.sub(r"[^A-Za-z0-9._-]+", "_", f"eikon-{name}-{farm.path.stem}")[:60]
+    return {"job-name": job, "partition": settings["partition"],
             "account": settings["account"], "cpus-per-task": settings["threads"] or None,
             "mem": f"{settings['memory_mb']}M" if settings["memory_mb"] else None,
             "exclude": farm.excluded, "output": "/dev/null", "error": "/dev/null"}
