@@ -53,7 +53,8 @@ def common_errors(curves, count=9):
     most, least = min(max(errors) for errors in usable), max(min(errors) for errors in usable)
     if most < least:
         return []
-    return [most * (least / most) ** (i / (count - 1)) for i in range(count)]
+    between = [most * (least / most) ** (i / (count - 1)) for i in range(1, count - 1)]
+    return [most, *between, least]  # the ends without rounding, since a curve ends there
 
 
 def times_as_fast(curve, other):
