@@ -120,10 +120,10 @@ class Parser {
     const Level level(*this);
     const std::size_t at = at_;
     const Id exponent = signed_power();
-    return finite(raised(base, exponent), at);
+    return finite(raised(base, exponent, at), at);
   }
 
-  Id raised(Id base, Id exponent) {
+  Id raised(Id base, Id exponent, std::size_t at) {
     if (e_.is_constant(exponent)) {
       const float n = e_[exponent].value(), size = std::abs(n);
       if (size <= float(kMostPower) && size == std::floor(size)) {
@@ -131,6 +131,8 @@ class Parser {
         return n < 0 ? e_.div(e_.constant(1), whole_power) : whole_power;
       }
       if (n == 0.5F) return e_.apply(Op::sqrt, base);
+    } else if (e_.is_constant(base) && !(e_[base].value() > 0)) {
+      fail(at, "a power of a constant that is not positive needs a constant exponent");
     }
     return e_.apply(Op::exp, e_.mul(exponent, e_.apply(Op::log, base)));
   }
@@ -235,6 +237,10 @@ Formula parse_formula(std::string_view text) {
   f.gradient = {derivative(e, f.value, {one, zero, zero}), derivative(e, f.value, {zero, one, zero}),
                 derivative(e, f.value, {zero, zero, one})};
   f.slope = derivative(e, f.value, {e.variable(Variable::dx), e.variable(Variable::dy), e.variable(Variable::dz)});
+  const std::vector<bool> used = needed(e, {f.value, f.gradient[0], f.gradient[1], f.gradient[2], f.slope});
+  for (Id id = 0; id < e.size(); ++id)
+    if (used[id] && e.is_constant(id) && !std::isfinite(e[id].value()))
+      throw InputError("its derivative has a constant beyond a float's range; use smaller constants");
   return f;
 }
 

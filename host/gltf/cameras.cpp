@@ -79,6 +79,7 @@ void add_camera(const Json& document, const PlacedNode& placed, Scene& scene, No
   if (!pose)
     return notes.warn(view.label() + ": left out, " + placed.node.view.label() +
                       " scales its direction of view to nothing");
+  check_position(view, placed);
   const Json* name = member(source, "name");
   const bool named = name != nullptr && !to_string(*name).empty();
   Camera camera{.name = named ? to_string(*name) : placed.node.name, .world_from_camera = *pose};

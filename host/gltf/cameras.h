@@ -14,7 +14,7 @@ inline constexpr const char* kPanoramaExtension = "EIKON_camera_panorama";
 /// Appends the camera of a node that has one, under its own name or else the node's. A camera whose
 /// node scales its direction of view to nothing is left out with a note.
 /// throws InputError: an opening or a distance that is missing, not positive or beyond
-///        kMaxCoordinate
+///        kMaxCoordinate, a position beyond it
 void add_camera(const Json& document, const PlacedNode& placed, Scene& scene, Notes& notes);
 
 }  // namespace eikon

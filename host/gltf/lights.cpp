@@ -96,11 +96,7 @@ void add_light(const Json& document, const PlacedNode& placed, Scene& scene, Not
   if (light.name.empty()) light.name = placed.node.name;
   light.intensity = intensity_of(view, notes);
   light.position = glm::dvec3(placed.world_from_object[3]);
-  for (int axis = 0; axis < 3; ++axis) {
-    if (!(std::abs(light.position[axis]) <= kMaxCoordinate))
-      view.refuse(fmt::format("lies at {} = {:g}, beyond 2^40 m, the largest coordinate; scale the scene down",
-                              "xyz"[axis], light.position[axis]));
-  }
+  check_position(view, placed);
   if (light.kind != LightKind::point) {
     const glm::dvec3 back(placed.world_from_object[2]);
     const double largest = std::max({std::abs(back.x), std::abs(back.y), std::abs(back.z)});

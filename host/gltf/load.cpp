@@ -177,12 +177,12 @@ void read_shapes(const SceneSource& source, const std::vector<PlacedNode>& place
 
 /// The places of a node's mesh. With a skin it has one, whatever the node says.
 std::vector<glm::dmat4> places_of(const SceneSource& source, const PlacedNode& placed, SkinReader& skins) {
-  const std::optional<std::vector<glm::dmat4>> instances = read_instances(placed.node.view, source.accessors);
   if (const auto skin = skin_of(source.document, placed.node)) {
-    if (instances) source.notes.warn(placed.node.view.label() + ": its instances are left out, as its mesh has a skin");
+    if (has_instances(placed.node.view))
+      source.notes.warn(placed.node.view.label() + ": its instances are left out, as its mesh has a skin");
     return {skins[*skin].world_from_object()};
   }
-  std::vector<glm::dmat4> places = instances.value_or(kOnce);
+  std::vector<glm::dmat4> places = read_instances(placed.node.view, source.accessors).value_or(kOnce);
   for (glm::dmat4& place : places) place = placed.world_from_object * place;
   return places;
 }
@@ -201,8 +201,7 @@ void place_node(const SceneSource& source, const PlacedNode& placed, std::size_t
   add_light(source.document.json, placed, scene, source.notes);
   const std::uint32_t light_group = node.mesh ? light_group_of(node.view, scene) : 0;
   if (mesh == kNone) {
-    if (read_instances(node.view, source.accessors))
-      source.notes.warn(node.view.label() + ": its instances are of no mesh; left out");
+    if (has_instances(node.view)) source.notes.warn(node.view.label() + ": its instances are of no mesh; left out");
     return;
   }
   const std::vector<glm::dmat4> places = places_of(source, placed, skins);

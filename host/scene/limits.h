@@ -6,5 +6,7 @@ namespace eikon {
 /// The largest coordinate that a scene may have, in metres; squares and cubes of it stay far from
 /// overflow.
 inline constexpr double kMaxCoordinate = 1099511627776.0;  // 2^40
+/// Width over height of pictures that a camera may ask for.
+inline constexpr double kLeastAspect = 1e-6, kMostAspect = 1e6;
 
 }  // namespace eikon

@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "io/text.h"
+#include "scene/limits.h"
 
 namespace eikon {
 namespace {
@@ -26,7 +27,7 @@ constexpr Property kProperties[] = {
     {"/meshes/*/weights", 0},
     {"/nodes/*/extensions/KHR_node_visibility/visible", 1, truth},
     {"/cameras/*/perspective/yfov", 1, numbers, kTiny, kWidestFov},
-    {"/cameras/*/perspective/aspectRatio", 1, numbers, kTiny},
+    {"/cameras/*/perspective/aspectRatio", 1, numbers, kLeastAspect, kMostAspect},
     {"/cameras/*/orthographic/xmag", 1, numbers, kTiny, 0x1p40},
     {"/cameras/*/orthographic/ymag", 1, numbers, kTiny, 0x1p40},
     {"/cameras/*/extensions/EIKON_camera_lens/radius", 1, numbers, kTiny, 0x1p40},
@@ -97,7 +98,7 @@ Json* child_of(Json& owner, const std::string& name) {
   return found == owner.end() ? nullptr : &*found;
 }
 
-/// A material may lack the object of its base, all of whose members have defaults.
+/// A material may lack the object of its base, whose factors have defaults.
 bool may_be_absent(const std::string& name) { return name == "pbrMetallicRoughness"; }
 
 }  // namespace
@@ -137,8 +138,8 @@ void check_pointer(const Json& document, std::string_view pointer) {
   Json* owner = const_cast<Json*>(&document);  // child_of changes nothing
   for (std::size_t i = 0; i + 1 < names.size(); ++i) {
     Json* const next = child_of(*owner, names[i]);
-    if (next == nullptr && may_be_absent(names[i])) return;
     const bool is_last = i + 2 == names.size();
+    if (next == nullptr && is_last && may_be_absent(names[i])) return;
     if (next == nullptr || !(next->is_object() || (next->is_array() && !is_last)))
       throw InputError(fmt::format("{} leads to nothing: there is no {}", in_quotes(pointer), in_quotes(names[i])));
     owner = next;

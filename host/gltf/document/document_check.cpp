@@ -223,7 +223,9 @@ void check_textures(Json& document, WrongParts& wrong) {
 void check_perspective(const JsonView& view) {
   const double yfov = as_number(view, "yfov").value_or(0), aspect = as_number(view, "aspectRatio").value_or(1);
   if (!(yfov > 0 && yfov < kPi)) view.fail("'yfov' is missing or not between 0 and pi radians");
-  if (!(aspect > 0)) view.refuse(fmt::format("'aspectRatio' {:g} is not positive; leave it out for any", aspect));
+  if (!(aspect >= kLeastAspect && aspect <= kMostAspect))
+    view.refuse(fmt::format("'aspectRatio' {:g} is not from {:g} to {:g}; leave it out for any", aspect, kLeastAspect,
+                            kMostAspect));
 }
 
 void check_orthographic(const JsonView& view) {
@@ -235,7 +237,8 @@ void check_orthographic(const JsonView& view) {
       view.refuse(fmt::format("'{}' is missing, 0 or beyond 2^40 m; it is half the size of the picture", number));
   }
   const double aspect = size[0] / size[1];
-  if (!(aspect >= 1e-6 && aspect <= 1e6)) view.refuse(fmt::format("its picture of aspect {:g} is a line", aspect));
+  if (!(aspect >= kLeastAspect && aspect <= kMostAspect))
+    view.refuse(fmt::format("its picture of aspect {:g} is a line", aspect));
 }
 
 void check_cameras(Json& document, WrongParts& wrong) {

@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "gltf/extensions.h"
+#include "scene/limits.h"
 #include "scene/transform.h"
 #include "io/text.h"
 
@@ -191,6 +192,15 @@ std::vector<PlacedNode> walk_nodes(const Document& document, Notes& notes) {
 std::vector<PlacedNode> walk_all_nodes(const Document& document, Notes& notes) {
   refuse_loops(document.nodes);
   return walk_from(scene_roots(document, true, notes), document, notes);
+}
+
+void check_position(const JsonView& of, const PlacedNode& placed) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const double position = placed.world_from_object[3][axis];
+    if (!(std::abs(position) <= kMaxCoordinate))
+      of.refuse(fmt::format("lies at {} = {:g}, beyond 2^40 m, the largest coordinate; scale the scene down",
+                            "xyz"[axis], position));
+  }
 }
 
 }  // namespace eikon

@@ -27,4 +27,7 @@ std::vector<PlacedNode> walk_nodes(const Document& document, Notes& notes);
 /// The same for all nodes of the document, whatever its scene lists.
 std::vector<PlacedNode> walk_all_nodes(const Document& document, Notes& notes);
 
+/// Checks where the node of a light or a camera stands. throws InputError: a position beyond kMaxCoordinate
+void check_position(const JsonView& of, const PlacedNode& placed);
+
 }  // namespace eikon

@@ -57,6 +57,8 @@ void check_instancing(const JsonView& node, std::size_t accessor_count) {
       view.fail(fmt::format("{} is not one of the {} accessors", in_quotes(attribute.key), accessor_count));
 }
 
+bool has_instances(const JsonView& node) { return extension_of(node.value, kInstancing) != nullptr; }
+
 std::optional<std::vector<glm::dmat4>> read_instances(const JsonView& node, const AccessorTable& accessors) {
   const Json* instancing = extension_of(node.value, kInstancing);
   if (instancing == nullptr) return std::nullopt;

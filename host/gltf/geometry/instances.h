@@ -13,6 +13,8 @@ namespace eikon {
 /// Checks the shape of the extension in a node that may have it. throws InputError
 void check_instancing(const JsonView& node, std::size_t accessor_count);
 
+/// True if a node of the checked document has the extension.
+[[nodiscard]] bool has_instances(const JsonView& node);
 /// The transforms, relative to a node of the checked document, at which its mesh stands; nothing if
 /// the node does not have the extension. throws InputError: types or counts that do not fit, values
 /// that are not finite, a rotation of length 0

@@ -131,7 +131,8 @@ void MaterialReader::find_textures(const JsonView& view, Material& material) {
   if (material.transmission > 0)
     material.transmission_texture =
         part(transmission, extension_of(view.value, transmission), "transmissionTexture", false);
-  if (lit && material.specular > 0 && material.metallic < 1) {
+  const bool may_be_dielectric = material.metallic < 1 || material.metallic_roughness_texture;
+  if (lit && material.specular > 0 && may_be_dielectric) {
     const Json* const extension = is_glossy ? nullptr : extension_of(view.value, specular);
     material.specular_texture = part(specular, extension, "specularTexture", false);
     if (material.specular_color != glm::vec3(0.0F))

@@ -239,12 +239,13 @@ TextureReader::Use TextureReader::add_image(std::string name, Encoded encoded) {
 }
 
 void TextureReader::take_memory(std::uint64_t pixels, std::uint64_t scratch_bytes) {
-  decoded_bytes_ += pixels * sizeof(std::uint32_t);
-  if (const std::uint64_t needed = decoded_bytes_ + scratch_bytes; needed > source_.budget_bytes)
+  const std::uint64_t bytes = decoded_bytes_ + pixels * sizeof(std::uint32_t);
+  if (const std::uint64_t needed = bytes + scratch_bytes; needed > source_.budget_bytes)
     throw InputError(
         fmt::format("with its {} pixels the textures need {} MB of memory, more than the {} MB for them on this "
                     "machine; scale them down",
                     pixels, needed >> 20U, source_.budget_bytes >> 20U));
+  decoded_bytes_ = bytes;
 }
 
 Texture TextureReader::roughness_of(const Texture& glossy, float glossiness) {

@@ -121,6 +121,10 @@ TEST(FormulaParse, what_does_not_parse_is_refused_with_its_column) {
   EXPECT_EQ(refusal("x/0"), "column 3: division by zero");
   EXPECT_EQ(refusal("x + 1e39"), "column 5: the number is out of a float's range");
   EXPECT_EQ(refusal("x + ."), "column 5: a number needs digits");
+  EXPECT_EQ(refusal("0^(x+2)"), "column 3: a power of a constant that is not positive needs a constant exponent");
+  EXPECT_EQ(refusal("1 + (0-1)^x"), "column 11: a power of a constant that is not positive needs a constant exponent");
+  EXPECT_EQ(refusal("(1e30*x)*1e30"), "its derivative has a constant beyond a float's range; use smaller constants");
+  EXPECT_EQ(refusal("2^x + 0^0.5 - 1"), "");
   EXPECT_EQ(refusal("x*log(0-1)"), "column 3: this constant has no finite value");
   EXPECT_EQ(refusal("x + 1e30*1e30"), "column 9: this constant has no finite value");
   EXPECT_EQ(refusal("3 + pi"), "does not depend on x, y or z, so it is no surface");

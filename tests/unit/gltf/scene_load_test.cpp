@@ -284,6 +284,13 @@ TEST(SceneLoad, cameras_keep_their_lens_and_a_pose_without_the_scale_of_their_no
   builder.node(1)["scale"] = {1, 0, 1};
   EXPECT_TRUE(builder.load().cameras.empty());
   EXPECT_TRUE(warns(builder.load(), "camera 'eye'"));
+
+  builder.node(1)["scale"] = {1, 1, 1};
+  builder.node(1)["translation"] = {0, 0, 1e60};
+  EXPECT_TRUE(mentions(message_of([&] { (void)builder.load(); }), "camera 'eye': lies at z = 1e+60, beyond 2^40 m"));
+  builder.node(1)["translation"] = {0, 0, 1};
+  builder.json["cameras"][0]["perspective"]["aspectRatio"] = 1e300;
+  EXPECT_TRUE(mentions(message_of([&] { (void)builder.load(); }), "'aspectRatio' 1e+300 is not from 1e-06 to 1e+06"));
 }
 
 TEST(SceneLoad, orthographic_cameras_keep_half_their_height_and_their_aspect) {

@@ -78,6 +78,10 @@ TEST(SceneInstances, a_node_without_a_mesh_has_nothing_to_repeat) {
   const Scene scene = file.load();
   EXPECT_TRUE(scene.nodes.empty());
   EXPECT_TRUE(scene_test::warns(scene, "node 'triangle': its instances are of no mesh"));
+  Instanced turned;
+  turned.with("ROTATION", "VEC4", {0, 0, 0, 0}, 1);
+  turned.node().erase("mesh");
+  EXPECT_TRUE(turned.load().nodes.empty()) << "what is left out is not read";
 }
 
 TEST(SceneInstances, bad_ones_are_refused_with_their_place) {

@@ -88,8 +88,16 @@ TEST(SceneTextures, every_slot_arrives_colours_as_srgb_and_the_rest_as_it_is) {
     EXPECT_EQ(scene.images.at(row.texture->image).rgba8.at(0), 0xFF000000U | row.red);
   }
   EXPECT_EQ(material.normal_scale, -0.5F);
-  EXPECT_TRUE(scene.unsupported.empty());
-  EXPECT_TRUE(scene.warnings.empty());
+  EXPECT_TRUE(scene.unsupported.empty() && scene.warnings.empty());
+}
+
+TEST(SceneTextures, specular_ones_are_read_where_a_texture_makes_part_of_a_metal_dielectric) {
+  Builder builder = with_png();
+  builder.material()["pbrMetallicRoughness"] = {{"baseColorTexture", {{"index", 0}}}};  // a metal
+  builder.material()["extensions"]["KHR_materials_specular"] = {{"specularTexture", {{"index", 0}}}};
+  EXPECT_FALSE(builder.load().materials.at(0).specular_texture) << "a metal has none";
+  builder.material()["pbrMetallicRoughness"]["metallicRoughnessTexture"]["index"] = 0;
+  EXPECT_TRUE(builder.load().materials.at(0).specular_texture);
 }
 
 TEST(SceneTextures, images_come_from_files_bufferviews_and_the_document_itself) {
