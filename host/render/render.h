@@ -70,7 +70,7 @@ using ProgressCallback = std::function<void(const Progress&, const Film&)>;
 struct RoundEnd {
   std::uint64_t done = 0;  // sample index: every pixel has all samples of the settings' range below it
   bool exact = true;       // and no pixel has others; false only before the first round of a render that was resumed
-  double render_s = 0;     // seconds of rendering so far, the pilot included
+  double render_s = 0;     // seconds of rendering so far, the pilot included; 0 before the first round
   const Film& film;
 };
 
