@@ -28,12 +28,13 @@ if [ -z "$kind" ]; then
   kind="$(sed -n '/^[0-9]*: /p; /driver/p' <<< "$devices" | cksum | tr -d ' ')"
 fi
 archive="$farm/kernels/$kind.tar"
-cache="$EIKON_NODE_CACHE"
+cache="${EIKON_NODE_CACHE:-}"
 if [ -z "$cache" ]; then
   # Compiled kernels are run, so they must not be somebody else's.
   cache="${TMPDIR:-/tmp}/eikon-kernels-$(id -u)"
-  mkdir -m 700 "$cache" 2> /dev/null
-  [ -O "$cache" ] && [ ! -L "$cache" ] || fail "$cache is not its own folder: name another by EIKON_NODE_CACHE"
+  mkdir -p -m 700 "$cache" 2> /dev/null
+  [ -O "$cache" ] && [ ! -L "$cache" ] ||
+    fail "$cache cannot be made, or is another user's: name another folder by EIKON_NODE_CACHE"
 fi
 export POCL_CACHE_DIR="$cache/$kind"
 if [ ! -d "$POCL_CACHE_DIR" ]; then
