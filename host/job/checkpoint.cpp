@@ -44,21 +44,22 @@ void CheckpointFile::begin(const Prepared& prepared) {
     metadata_ = describe_image(prepared);
     if (std::filesystem::exists(options_.file, ignored)) {
       if (options_.implied)
-        read_if_it_fits(prepared);
+        read_if_it_fits(prepared, options_.file);
       else if (options_.resume)
-        read(prepared);
+        read(prepared, options_.file);
       else
         log_(fmt::format("the first checkpoint replaces what is in {}; --resume would go on from it", options_.file));
     }
   }
+  if (!options_.left.empty() && std::filesystem::exists(options_.left, ignored)) read_if_it_fits(prepared, options_.left);
   for (const std::string& part : options_.parts) take_over(prepared, part, "add");
   if (!options_.parts.empty()) count_extra_samples(settings);
 }
 
-void CheckpointFile::read(const Prepared& prepared) {
-  take_over(prepared, options_.file, "resume from");
+void CheckpointFile::read(const Prepared& prepared, const std::string& file) {
+  take_over(prepared, file, "resume from");
   saved_samples_ = begin_with_->done.sample_count();
-  there_is_one_ = true;
+  there_is_one_ = file == options_.file;
   count_extra_samples(prepared.settings);
 }
 
@@ -107,11 +108,11 @@ void CheckpointFile::count_extra_samples(const Settings& settings) {
 }
 
 /// Reads the file, or says that it will be replaced: the batch's line may have been edited since.
-void CheckpointFile::read_if_it_fits(const Prepared& prepared) {
+void CheckpointFile::read_if_it_fits(const Prepared& prepared, const std::string& file) {
   std::string why;
   try {
-    read(prepared);
-    if (extra_samples_ > 0) why = fmt::format("{} holds more samples than are asked for", options_.file);
+    read(prepared, file);
+    if (extra_samples_ > 0) why = fmt::format("{} holds more samples than are asked for", file);
   } catch (const InputError& error) {
     why = error.what();
   }
@@ -119,7 +120,7 @@ void CheckpointFile::read_if_it_fits(const Prepared& prepared) {
   begin_with_.reset();
   saved_samples_ = extra_samples_ = 0;
   there_is_one_ = false;
-  log_(fmt::format("{}; the first checkpoint replaces it", why));
+  log_(fmt::format("{}; {} replaces it", why, options_.file.empty() ? "the picture" : "the first checkpoint"));
 }
 
 void CheckpointFile::attach(RenderHooks& hooks) {

@@ -21,6 +21,7 @@ struct CheckpointOptions {
   bool resume = false;
   bool implied = false;  // resume if possible: a file that cannot be resumed is replaced, not refused
   std::vector<std::string> parts = {};  // files of the same image whose samples are taken over, too
+  std::string left = {};  // what an interrupted run of this render may have left, which is taken over if it fits
 };
 
 class CheckpointFile {
@@ -65,8 +66,8 @@ class CheckpointFile {
   std::uint64_t requests_ = 0;  // how many SIGUSR1s were seen
   std::unique_ptr<std::atomic<bool>> asked_ = std::make_unique<std::atomic<bool>>(false);
 
-  void read(const Prepared& prepared);
-  void read_if_it_fits(const Prepared& prepared);
+  void read(const Prepared& prepared, const std::string& file);
+  void read_if_it_fits(const Prepared& prepared, const std::string& file);
   /// Adds the samples of a file to begin_with_. where: "resume from", for messages
   void take_over(const Prepared& prepared, const std::string& file, const char* where);
   void count_extra_samples(const Settings& settings);

@@ -227,7 +227,7 @@ ExrOptions RenderJob::exr_options() const {
   exr.layers = prepared_.layers;
   exr.manifests = checkpoint_.manifests();
   // A render that failed can be resumed from its exact sums.
-  exr.exact_sums = options_.scene.samples || options_.scene.crop || !failure_.empty();
+  exr.exact_sums = options_.keeps_sums() || !failure_.empty();
   exr.quick = options_.scene.samples.has_value();  // to be merged
   return exr;
 }

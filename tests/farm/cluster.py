@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A Slurm cluster of two one-core nodes on this machine, for tests: its own key, configuration, ports and state in a
-temporary folder, and daemons that end with the test, whatever becomes of it.
+"""A Slurm cluster of two one-core nodes on this machine, for tests, and a third one in a partition that nobody asks for: its
+own key, configuration, ports and state in a temporary folder, and daemons that end with the test, whatever becomes of it.
 
     with Cluster() as cluster:
         subprocess.run(["sbatch", ...], env=cluster.environment)
@@ -43,6 +43,8 @@ MaxArraySize=5
 SchedulerParameters=sched_interval=2,batch_sched_delay=0
 NodeName=n1 NodeHostname={host} NodeAddr=127.0.0.1 Port={ports[1]} CPUs=1 RealMemory=4000
 NodeName=n2 NodeHostname={host} NodeAddr=127.0.0.1 Port={ports[2]} CPUs=1 RealMemory=4000
+NodeName=n3 NodeHostname={host} NodeAddr=127.0.0.1 Port={ports[3]} CPUs=1 RealMemory=4000
+PartitionName=other Nodes=n3 State=UP
 PartitionName=work Nodes=n1,n2 Default=YES State=UP
 """
 
@@ -118,24 +120,25 @@ class Cluster:
                                                  stderr=log, start_new_session=True, preexec_fn=end_with_parent))
 
     def start(self):
-        for name in ("munge", "state", "spool/n1", "spool/n2"):
+        for name in ("munge", "state", "spool/n1", "spool/n2", "spool/n3"):
             (self.folder / name).mkdir(parents=True)
         key = self.folder / "munge/munge.key"
         key.write_bytes(os.urandom(1024))
         key.chmod(0o400)
         (self.folder / "slurm.conf").write_text(CONFIGURATION.format(
-            host=socket.gethostname().split(".")[0], folder=self.folder, ports=free_ports(3)))
+            host=socket.gethostname().split(".")[0], folder=self.folder, ports=free_ports(4)))
         munge = self.folder / "munge"
         self.daemon("munged", ["munged", "-F", "--force", f"--key-file={key}", f"--socket={munge}/munge.sock",
                                f"--pid-file={munge}/pid", f"--log-file={munge}/log", f"--seed-file={munge}/seed"])
         wait_until((munge / "munge.sock").exists, 20, "munged")
         self.daemon("slurmctld", ["slurmctld", "-D", "-i"])
-        self.daemon("n1", ["slurmd", "-D", "-N", "n1"])
+        for name in ("n1", "n3"):
+            self.daemon(name, ["slurmd", "-D", "-N", name])
         n2 = ["slurmd", "-D", "-N", "n2"]
         if self.hidden:
             n2 = ["unshare", "--mount", "sh", "-c", 'mount -t tmpfs none "$0" && exec "$@"', str(self.hidden), *n2]
         self.daemon("n2", n2)
-        wait_until(lambda: self.run("sinfo", "-h", "-N", "-o", "%t").split() == ["idle", "idle"], 40, "idle nodes")
+        wait_until(lambda: self.run("sinfo", "-h", "-N", "-o", "%t").split() == ["idle"] * 3, 40, "idle nodes")
 
     def run(self, *command):
         """What a command prints on stdout; it may fail."""

@@ -142,7 +142,8 @@ class A_Refusals(FarmTest):
         self.refused(submit("none", CORNELL, environment=dict(os.environ, PATH=str(bare))), 3, "there is no Slurm here")
 
     def test_unknown_partition(self):
-        self.refused(submit("none", CORNELL, "--partition", "nowhere"), 2, "partition 'nowhere' does not exist; there is work")
+        self.refused(submit("none", CORNELL, "--partition", "nowhere"), 2, "partition 'nowhere' does not exist; there is other, work")
+        self.refused(submit("none", CORNELL, "--sbatch", "-p other"), 2, "a partition is named by --partition")
 
     def test_wrong_lines(self):
         self.refused(submit("none", CORNELL, "--wrong"), 2, "nothing was submitted")

@@ -40,7 +40,7 @@ def add_limits(parser, none, zero):
 
 
 def show_status(options):
-    """Prints what was done; 1 if something failed."""
+    """Prints what was done; 1 if something failed, or a picture was not written."""
     farm = folder.load(options.folder)
     queued = status.queued_tasks(farm)
     states = status.items_state(farm, queued)
@@ -53,8 +53,9 @@ def show_status(options):
             with tempfile.TemporaryDirectory() as scratch:
                 said = merging.preview(farm, job, f"{scratch}/preview.exr", None)
             errors_of[job.name] = merging.error_of(said)
-    status.show(farm, queued, states, errors_of)
-    return errors.NOT_AS_ASKED if status.counts(states)["failed"] else 0
+    not_written = status.unwritten(farm, states)
+    status.show(farm, queued, states, errors_of, not_written)
+    return errors.NOT_AS_ASKED if status.counts(states)["failed"] or not_written else 0
 
 
 def preview(options):

@@ -6,7 +6,8 @@ parts, merges and logs. Everything is text that one can read, and the ledgers ar
     tasks/r0-00007.txt  the lines of a task: round 0 is the first submission, each `resubmit` makes another round
     tasks/*.ledger      what became of the lines
     tasks/*.merges      the merges that may be due when the task ends
-    parts/NAME/         samples of an image, until they are merged
+    parts/NAME/         samples of an image, until they are merged. Beside each file that may be merged stands FILE.done, and
+                        picture.done says which merge has written the picture
     merges/*.sh         merges of parts and of merges; the last one of an image writes what the job asks for
     merges/r0-1.txt     those of a level, which a round does when its tasks are over
     pilots/             what the first task of an image learned of its light (eikon render --pilot), for the others
@@ -23,6 +24,7 @@ from . import errors, jobs, policy
 FOLDERS = ("tasks", "parts", "merges", "pilots", "nodes", "kernels", "logs", "checkpoints")
 
 USUAL_CHECKPOINT_S = 60  # of eikon render
+SLOW_NODE = 4  # how much longer than predicted a task may well take
 
 
 @dataclasses.dataclass
@@ -80,10 +82,11 @@ class Farm:
         return [] if any(w.startswith("--threads") for w in words) or not count else [f"--threads={count}"]
 
     def _checkpoint(self, name, seconds):
-        """(flags, file) of the checkpoint of what takes so long. Without one where none would be written in that time:
-        at the end it has what the part has, and costs as much to write."""
+        """(flags, file) of the checkpoint of what is said to take so long. Without one where even a node that is much slower
+        would write none before the end: at the end it has what the part has, and costs as much to write. What is
+        interrupted goes on from what it has saved under its own name."""
         every = self.settings["checkpoint_every"]
-        if seconds < (every or USUAL_CHECKPOINT_S):
+        if SLOW_NODE * seconds < (every or USUAL_CHECKPOINT_S):
             return [], ""
         file = self.inside("checkpoints", name)
         return [f"--checkpoint={file}", *([f"--checkpoint-every={every:g}"] if every else [])], file
@@ -219,14 +222,18 @@ def choose_parts(farm, asked, nodes):
         job.parts = [list(part) for part in policy.divide(begin, end, count)] if count > 1 else []
 
 
-def write_tasks(farm, items, merges_after, lines_per_task=0):
+def group(farm, items):
+    """Which items share a task, as lists of numbers."""
+    lines = farm.settings["lines"]
+    if lines:
+        return [list(range(at, min(at + lines, len(items)))) for at in range(0, len(items), lines)]
+    return policy.group([farm.seconds(item) for item in items], farm.measured.startup_s, farm.settings["nodes"])
+
+
+def write_tasks(farm, items, merges_after):
     """Writes the tasks of a new round, and returns their number. An earlier ledger's word of a line goes with it, so that
     what was begun is continued. merges_after: of the files that are merged (merging.write_merges)"""
-    number, last = len(farm.rounds), farm.ledger()
-    if lines_per_task:
-        tasks = [list(range(at, min(at + lines_per_task, len(items)))) for at in range(0, len(items), lines_per_task)]
-    else:
-        tasks = policy.group([farm.seconds(item) for item in items], farm.measured.startup_s, farm.settings["nodes"])
+    number, last, tasks = len(farm.rounds), farm.ledger(), group(farm, items)
     for at, members in enumerate(tasks):
         own = [items[member] for member in members]
         stem = farm.path / "tasks" / f"r{number}-{at:05d}"

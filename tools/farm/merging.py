@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Merges of parts: the tree that runs on the nodes, and a look at an image while it grows."""
 import os
+import pathlib
 import re
 import subprocess
 
@@ -37,16 +38,47 @@ def write_merges(farm, some=None):
         levels += [[] for _ in range(len(merges) - len(levels))]
         for level in reversed(range(len(merges))):
             for number, (inputs, output) in enumerate(merges[level]):
-                last = level == len(merges) - 1
-                about = f"{job.name}: merge {number + 1} of {len(merges[level])} of level {level + 1} of {len(merges)}"
                 name = f"{job.name}-{level}-{number:05d}"
-                text = scripts.last_merge(farm, job, about, inputs) if last else scripts.one_merge(job, about, inputs, output)
-                folder.write(farm.path / "merges" / f"{name}.sh", text)
+                folder.write(farm.path / "merges" / f"{name}.sh", text_of(farm, job, merges, level, number))
                 levels[level].append(name)
                 after.update((file, [(level, name), *after.get(output, [])]) for file in inputs)
     for level, names in enumerate(levels):
         folder.write(farm.path / "merges" / f"r{len(farm.rounds)}-{level}.txt", "".join(name + "\n" for name in names))
     return [len(names) for names in levels], after
+
+
+def text_of(farm, job, merges, level, number):
+    """The script of a merge. merges: the tree of the job"""
+    inputs, output = merges[level][number]
+    about = f"{job.name}: merge {number + 1} of {len(merges[level])} of level {level + 1} of {len(merges)}"
+    if level + 1 == len(merges):
+        return scripts.last_merge(farm, job, about, inputs)
+    return scripts.one_merge(farm, job, about, inputs, output)
+
+
+def is_written(farm, job):
+    """Whether the picture of a job in parts is there, made by the last merge as it is now, and not before a part."""
+    merges, mark = tree(farm, job), scripts.done_mark(farm, job, job.output)
+    try:
+        key = pathlib.Path(farm.base, mark).read_text().strip()
+        return (key == scripts.key_of(text_of(farm, job, merges, len(merges) - 1, 0))
+                and os.path.getsize(os.path.join(farm.base, job.output)) > 0
+                and all(newer(farm, mark, name) for name in part_files(farm, job)))
+    except OSError:
+        return False
+
+
+def log_of(farm, job):
+    """The log of the job's last merge in the newest array of merges that has it, or None."""
+    last = len(tree(farm, job)) - 1
+    for number in reversed(range(len(farm.rounds))):
+        try:
+            names = (farm.path / "merges" / f"r{number}-{last}.txt").read_text().split()
+        except OSError:
+            continue
+        if f"{job.name}-{last}-00000" in names:
+            return farm.path / "logs" / f"merge-{last}-{names.index(f'{job.name}-{last}-00000'):05d}.log"
+    return None
 
 
 def preview(farm, job, output, png, extra=()):

@@ -45,12 +45,12 @@ def write_template(options):
         for name, text in scripts.openjd_scripts(farm).items():
             folder.write(farm.path / name, text, executable=True)
         levels, merges_after = merging.write_merges(farm)
-        tasks = folder.write_tasks(farm, farm.items(), merges_after, farm.settings["lines"])
+        tasks = folder.write_tasks(farm, farm.items(), merges_after)
         file = farm.path / "job.template.json"
         folder.write(file, json.dumps(template(farm, tasks, levels), indent=1) + "\n")
         farm.save()
         last = f"Merge{len(levels) - 1}" if levels else "Render"
         print(f"run it with: openjd run {file} --step {last} --run-dependencies")
     else:
-        print(json.dumps(template(farm, len(farm.items()), []), indent=1))
+        print(json.dumps(template(farm, len(folder.group(farm, farm.items())), []), indent=1))
     return 0

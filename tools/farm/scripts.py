@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The shell scripts that run on the nodes. They need bash and eikon there, nothing else; `--dry-run` prints them."""
+import hashlib
 import re
 import shlex
 
@@ -22,6 +23,7 @@ fail() { echo "eikon-farm: $node: $1" >&2; exit 3; }
 # The kernels are compiled once for each kind of node. Every node has its own copy on its own disk: PoCL's cache is many
 # small files, which a thousand nodes would otherwise look up, and write, over the network.
 # A task asks what its probe has written down; eikon would look for devices.
+devices=
 kind="$(sed -n 's/^kind //p' "$farm/nodes/$node" 2> /dev/null)"
 if [ -z "$kind" ]; then
   devices="$("$eikon" devices 2> /dev/null)"
@@ -37,17 +39,23 @@ if [ -z "$cache" ]; then
     fail "$cache cannot be made, or is another user's: name another folder by EIKON_NODE_CACHE"
 fi
 export POCL_CACHE_DIR="$cache/$kind"
-if [ ! -d "$POCL_CACHE_DIR" ]; then
-  mkdir -p "${POCL_CACHE_DIR%/*}" || fail "cannot write ${POCL_CACHE_DIR%/*}: name another folder by EIKON_NODE_CACHE"
-  if [ -f "$archive" ]; then
-    fresh="$(mktemp -d "$POCL_CACHE_DIR.XXXXXX")"
-    tar -xf "$archive" -C "$fresh" && mv -T "$fresh" "$POCL_CACHE_DIR" 2>/dev/null || rm -rf "$fresh"
-  fi
-  mkdir -p "$POCL_CACHE_DIR"
+mkdir -p "$POCL_CACHE_DIR" || fail "cannot write $cache: name another folder by EIKON_NODE_CACHE"
+unpacked="$POCL_CACHE_DIR.unpacked/$(stat -L -c %Y-%s "$archive" 2> /dev/null)"
+if [ -f "$archive" ] && [ ! -e "$unpacked" ]; then
+  # Other tasks may read the folder meanwhile. So each program is renamed into it whole, unless it is there already.
+  fresh="$(mktemp -d "$POCL_CACHE_DIR.XXXXXX")"
+  tar -xf "$archive" -C "$fresh" && (
+    cd "$fresh" && for program in */*; do
+      mkdir -p "$POCL_CACHE_DIR/${program%/*}" && mv -nT "$program" "$POCL_CACHE_DIR/$program" 2> /dev/null
+    done
+    mkdir -p "${unpacked%/*}" && echo > "$unpacked"
+  )
+  rm -rf "$fresh"
 fi
 
 # What the node is: its version and arithmetic decide the bits, and must be those of all others.
 describe_node() {
+  [ -n "$devices" ] || devices="$("$eikon" devices 2> /dev/null)"
   echo "token $(cat "$farm/nodes/token" 2>/dev/null)"
   echo "version $("$eikon" --version 2>&1 | head -1)"
   echo "arithmetic $(sed -n 's/^ *arithmetic //p' <<< "$devices" | sort -u | paste -sd,)"
@@ -57,6 +65,12 @@ if [ ! -s "$farm/nodes/$node" ]; then
   described="$(describe_node)"
   echo "$described" > "$farm/nodes/$node.$$" && mv "$farm/nodes/$node.$$" "$farm/nodes/$node" ||
     fail "cannot write $farm/nodes: is the disk full, or the folder not shared?"
+fi
+# If no node had time for its probe, the first that gets a task says what the others must be like.
+if [ ! -s "$farm/nodes/expected" ]; then
+  grep -E '^(token|version|arithmetic) ' "$farm/nodes/$node" > "$farm/nodes/expected.$node.$$"
+  ln "$farm/nodes/expected.$node.$$" "$farm/nodes/expected" 2> /dev/null
+  rm -f "$farm/nodes/expected.$node.$$"
 fi
 if [ -s "$farm/nodes/expected" ]; then
   for what in token version arithmetic; do
@@ -128,6 +142,16 @@ cd "$base" || fail "cannot enter $base"
 stamp() { echo "== at $(date +%s.%3N) $1; user and system seconds, of this script and of what it ran:"; times; }
 stamp "ready"
 
+# A part is saved under its name when it is interrupted, too. Only one that the ledger calls done may be merged, and has a
+# file FILE.done beside it.
+PART='parts/[A-Za-z0-9._-]+/[0-9]+-[0-9]+\.exr'
+mark_done() {
+  sed -nE 's|.*"path":"([^"]*/)?('"$PART"')".*"state":"([a-z]+)".*|\2 \3|p' "$farm/tasks/$name.ledger" | while read -r part state; do
+    if [ "$state" = done ]; then echo > "$farm/$part.done"; else rm -f "$farm/$part.done"; fi
+  done
+}
+grep -oE "$PART" "$farm/tasks/$name.txt" | while read -r part; do rm -f "$farm/$part.done"; done
+
 tries=0
 while [ -z "$requeue" ]; do
   tries=$((tries + 1))
@@ -148,6 +172,7 @@ done
 trap - TERM INT
 trap '' USR1  # merging takes the rest of the time
 stamp "rendered"
+mark_done
 if [ $code = 0 ]; then
   while read -r checkpoint; do rm -f "$checkpoint"; done < "$farm/tasks/$name.checkpoints"
   # The task that has the last part of an image merges it, so that no image waits for the tasks of others.
@@ -179,8 +204,14 @@ ONE_MERGE = r"""
 inputs=({inputs})
 output={output}
 lock={lock}
+mark={mark}  # says which merge has written the output
+key={key}
 for input in "${{inputs[@]}}"; do
-  [ -s "$input" ] || {{ [ -n "$if_ready" ] && exit 0; echo "eikon-farm: {name} cannot be merged yet: $input is missing"; exit 1; }}
+  if [ ! -s "$input" ] || [ ! -e "$input.done" ]; then
+    [ -z "$if_ready" ] || exit 0
+    echo "eikon-farm: {name} cannot be merged yet: $input is missing, or not done"
+    exit 1
+  fi
 done
 if [ -n "$if_ready" ]; then
   # Two tasks may both have found all files there.
@@ -188,12 +219,15 @@ if [ -n "$if_ready" ]; then
   trap 'rmdir "$lock"' EXIT
 fi
 fresh=
-[ -s "$output" ] || fresh=1
+[ -s "$output" ] && [ "$(cat "$mark" 2> /dev/null)" = "$key" ] || fresh=1
 for input in "${{inputs[@]}}"; do
-  [ "$input" -nt "$output" ] && fresh=1
+  [ "$input" -nt "$mark" ] && fresh=1
 done
 if [ -n "$fresh" ]; then
+  # The mark has the time at which the merge began, so that an input that changes meanwhile is newer.
+  rm -f "$mark" && echo "$key" > "$mark.new" || exit 1
   {command}
+  mv "$mark.new" "$mark" || exit 1
 fi
 """
 
@@ -268,12 +302,12 @@ def merge_script(farm, level):
     return head(farm, options) + MERGE.replace("{level}", str(level))
 
 
-def one_merge(job, about, inputs, output):
+def one_merge(farm, job, about, inputs, output):
     """Merges some files into one of their kind."""
     # One with gaps ends with 1, and is not kept.
     command = ('"$eikon" merge "${inputs[@]}" -o "$output.new.exr" --quiet && mv "$output.new.exr" "$output" '
                '|| { rm -f "$output.new.exr"; exit 1; }')
-    return merge_text(job, about, inputs, output, f"{output}.lock", command)
+    return merge_text(job, about, inputs, output, done_mark(farm, job, output), command)
 
 
 def last_merge(farm, job, about, inputs):
@@ -283,11 +317,23 @@ def last_merge(farm, job, about, inputs):
                                      "--add": True})
     words += farm.threads(words)
     command = '"$eikon" render ' + jobs.quote(words) + ' "${inputs[@]/#/--add=}" --quiet || exit $?'
-    return merge_text(job, about, inputs, job.output, farm.inside("parts", job.name, "picture.lock"), command)
+    return merge_text(job, about, inputs, job.output, done_mark(farm, job, job.output), command)
 
 
-def merge_text(job, about, inputs, output, lock, command):
+def done_mark(farm, job, output):
+    """The file that a merge writes when its output is whole."""
+    return farm.inside("parts", job.name, "picture.done") if output == job.output else f"{output}.done"
+
+
+def key_of(text):
+    """Of a merge's text: another one if it has other inputs, or writes its output otherwise."""
+    return re.search(r"^key=(\w+)$", text, re.MULTILINE)[1]
+
+
+def merge_text(job, about, inputs, output, mark, command):
     """The script of a merge."""
     quoted = [shlex.quote(name) for name in inputs]
+    key = hashlib.sha256("\n".join([output, command, *inputs]).encode()).hexdigest()[:16]
     return ONE_MERGE.format(about=about, inputs="\n  ".join(["", *quoted]) + "\n", output=shlex.quote(output),
-                            lock=shlex.quote(lock), name=job.name, command=command).lstrip()
+                            lock=shlex.quote(mark.removesuffix(".done") + ".lock"), mark=shlex.quote(mark), key=key,
+                            name=job.name, command=command).lstrip()

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is asked of Slurm, by its own commands."""
+import math
+import os
 import re
 import shutil
 import subprocess
@@ -21,19 +23,25 @@ def run(*command, text=None):
     return done.stdout
 
 
-def check_partition(name):
-    """Fails unless Slurm answers and has the partition."""
-    names = [line.rstrip("*") for line in run("sinfo", "-h", "-o", "%P").split()]
-    if name and name not in names:
-        raise errors.FarmError(f"partition '{name}' does not exist; there is {', '.join(names) or 'none'}", errors.USAGE)
+def choose_partition(name):
+    """The partitions that are asked for, separated by commas, or Slurm's default. Fails unless Slurm answers and has them."""
+    found = run("sinfo", "-h", "-o", "%P").split()
+    names = [line.rstrip("*") for line in found]
+    name = name or os.environ.get("SBATCH_PARTITION") or next((line[:-1] for line in found if line.endswith("*")), None)
+    if not name:
+        raise errors.FarmError(f"Slurm has no default partition: name one with --partition; there is {', '.join(names) or 'none'}",
+                               errors.USAGE)
+    for one in name.split(","):
+        if one not in names:
+            raise errors.FarmError(f"partition '{one}' does not exist; there is {', '.join(names) or 'none'}", errors.USAGE)
+    return name
 
 
 def nodes(partition, excluded=""):
     """(name, whether it can take work now) of each node of a partition."""
-    where = ["-p", partition] if partition else []
     out = expand(excluded) if excluded else []
     found = {}
-    for line in run("sinfo", "-h", "-N", "-o", "%N %t", *where).splitlines():
+    for line in run("sinfo", "-h", "-N", "-o", "%N %t", "-p", partition).splitlines():
         name, state = line.split()
         if name not in out:
             found[name] = re.sub(r"[^a-z]", "", state) in ("idle", "mix", "mixed", "alloc", "allocated", "comp")
@@ -57,15 +65,20 @@ def submit(script, *options, exports=None):
     return run("sbatch", "--parsable", export, *options, str(script)).split(";")[0].strip()
 
 
-def submit_array(script, count, throttle, exports, *options):
-    """Submits `count` tasks, in as many arrays as the cluster's limit asks for: [[number, first task, tasks], ..]."""
-    longest, arrays = longest_array(), []
+def submit_array(script, count, throttle, exports, after=()):
+    """Submits `count` tasks, of which `throttle` at most run at a time (0: all), when the jobs `after` are over. Does so in as
+    many arrays as the cluster's limit asks for, and yields (number, first task, tasks) of each as soon as it is in the
+    queue."""
+    longest, numbers = longest_array(), []
+    arrays = math.ceil(count / longest)
+    side_by_side = min(arrays, throttle) if throttle else arrays
     for offset in range(0, count, longest):
         size = min(longest, count - offset)
-        limit = f"%{throttle}" if throttle else ""
-        number = submit(script, f"--array=0-{size - 1}{limit}", *options, exports={**exports, "EIKON_OFFSET": offset})
-        arrays.append([number, offset, size])
-    return arrays
+        limit = f"%{throttle // side_by_side}" if throttle else ""
+        before = [*after, *(numbers[-side_by_side:][:1] if len(numbers) >= side_by_side else [])]
+        options = ["--dependency=afterany:" + ":".join(before)] if before else []
+        numbers.append(submit(script, f"--array=0-{size - 1}{limit}", *options, exports={**exports, "EIKON_OFFSET": offset}))
+        yield numbers[-1], offset, size
 
 
 def states(numbers):

@@ -5,7 +5,7 @@ import collections
 import dataclasses
 import re
 
-from . import errors, slurm
+from . import errors, merging, slurm
 
 
 @dataclasses.dataclass
@@ -72,6 +72,15 @@ def items_state(farm, queued, keyed=False):
     return states
 
 
+def unwritten(farm, states):
+    """The jobs whose parts are all done, but whose picture no merge has written, or will."""
+    numbers = merge_numbers(farm)
+    if any(state[0] in slurm.ACTIVE for state in slurm.states(numbers).values()):
+        return []
+    unfinished = {state.item.job.name for state in states if state.state != "done"}
+    return [job for job in farm.jobs if job.parts and job.name not in unfinished and not merging.is_written(farm, job)]
+
+
 def failed_on(states):
     """The nodes on which parts have failed by their input or a device: another node may have what these lack."""
     found = set()
@@ -123,8 +132,8 @@ def counts(states):
     return collections.Counter(state.state for state in states)
 
 
-def show(farm, queued, states, errors_of):
-    """Prints the table. errors_of: {job's name: predicted error of what is merged}."""
+def show(farm, queued, states, errors_of, not_written):
+    """Prints the table. errors_of: {job's name: predicted error of what is merged}; not_written: jobs without a picture."""
     total = counts(states)
     running = sum(1 for state in queued.values() if state[0] == "RUNNING")
     left = seconds_left(farm, states, running)
@@ -149,3 +158,6 @@ def show(farm, queued, states, errors_of):
         print(f"failed: {state.item.output}: {state.why}; log: {state.log}")
     if len(failed) > 20:
         print(f"failed: and {len(failed) - 20} more; `eikon-farm resubmit` renders them all")
+    for job in not_written[:20]:
+        print(f"not written: {job.output}: its parts are done, but they were not merged into it as it is asked for now; "
+              f"log: {merging.log_of(farm, job)}; `eikon-farm resubmit` merges them again")

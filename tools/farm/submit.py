@@ -2,6 +2,7 @@
 """submit, resubmit and cancel."""
 import os
 import pathlib
+import re
 import shlex
 import shutil
 
@@ -36,6 +37,8 @@ def default_folder(options, found):
 def read_farm(options):
     """What is to be rendered and how, before anything is measured; writes nothing."""
     options.sbatch = [word for text in options.sbatch for word in shlex.split(text)]
+    if any(re.match(r"-p|--partition(=|$)", word) for word in options.sbatch):
+        raise errors.FarmError("--sbatch: a partition is named by --partition, so that its nodes are looked at", errors.USAGE)
     eikon = jobs.find_eikon(options.eikon)
     found = read_input(options)
     text, base, name, file = found
@@ -72,7 +75,7 @@ def settle(farm):
     if not settings["minutes"]:
         items = farm.items()
         seconds = [farm.seconds(item) for item in items]
-        tasks = policy.group(seconds, farm.measured.startup_s, settings["nodes"])
+        tasks = folder.group(farm, items)
         longest = max(sum(seconds[member] for member in members) for members in tasks)
         open_ended = any(job.open_ended for job in farm.jobs)
         settings["minutes"] = 24 * 60 if open_ended else policy.limit_minutes(longest + farm.measured.startup_s)
@@ -141,22 +144,25 @@ def print_scripts(farm):
 def submit_round(farm, items, merge_jobs=None):
     """Submits the items as an array, and the merges of their images behind it. merge_jobs: names, or None for all."""
     levels, merges_after = merging.write_merges(farm, merge_jobs)
-    count = folder.write_tasks(farm, items, merges_after, farm.settings["lines"]) if items else 0
+    count = folder.write_tasks(farm, items, merges_after) if items else 0
     if not items:
         farm.rounds.append({"tasks": [], "arrays": [], "merges": []})
     one, number = farm.rounds[-1], len(farm.rounds) - 1
-    if count:
-        one["arrays"] = slurm.submit_array(farm.path / "task.sh", count, farm.settings["throttle"], {"EIKON_ROUND": number})
-        farm.save()  # at once: what is in the queue must be known, whatever comes next
+    # Slurm may refuse the next array: what is in the queue must be known then.
+    for array in slurm.submit_array(farm.path / "task.sh", count, farm.settings["throttle"], {"EIKON_ROUND": number}):
+        one["arrays"].append(list(array))
+        farm.save()
     behind = [array for array, _, _ in one["arrays"]]
     for level, merges in enumerate(levels):
         script = farm.path / f"merge-{level}.sh"
         folder.write(script, scripts.merge_script(farm, level), executable=True)
         # Tasks merge their images when they can; this does what is left. afterany: images of which nothing failed are merged
         # although others have failures.
-        after = ["--dependency=afterany:" + ":".join(behind)] if behind else []
-        arrays = slurm.submit_array(script, merges, 0, {"EIKON_ROUND": number}, *after)
-        one["merges"] += arrays
+        arrays = []
+        for array in slurm.submit_array(script, merges, 0, {"EIKON_ROUND": number}, behind):
+            arrays.append(list(array))
+            one["merges"].append(list(array))
+            farm.save()
         behind = [array for array, _, _ in arrays]
     farm.save()
     return count
@@ -165,10 +171,10 @@ def submit_round(farm, items, merge_jobs=None):
 def submit(options):
     """Divides, probes and submits."""
     if not options.dry_run:
-        slurm.check_partition(options.partition)
+        options.partition = slurm.choose_partition(options.partition)
     if not options.nodes:
         try:
-            options.nodes = max(1, len(slurm.nodes(options.partition, options.exclude)))
+            options.nodes = max(1, len(slurm.nodes(slurm.choose_partition(options.partition), options.exclude)))
         except errors.FarmError:
             options.nodes = 1
     farm = read_farm(options)
@@ -197,7 +203,7 @@ def resubmit(options):
     for name in ("partition", "exclude", "minutes", "throttle", "mem"):
         if (value := getattr(options, name)) is not None:
             farm.settings["memory_mb" if name == "mem" else name] = value
-    slurm.check_partition(farm.settings["partition"])
+    farm.settings["partition"] = slurm.choose_partition(farm.settings["partition"])
     reread(farm)
     folder.make_folders(farm)
     states = status.items_state(farm, status.queued_tasks(farm), keyed=True)
@@ -238,24 +244,14 @@ def reread(farm):
     for job in farm.jobs:
         old = before.get(job.name)
         if old and old.samples == job.samples and old.open_ended == job.open_ended:
-            job.parts, job.size = old.parts, old.size
+            job.parts, job.size = old.parts, job.size or old.size
 
 
 def unmerged_jobs(farm, again, states):
-    """Names of images that are to be merged: those with new parts, and those whose picture is older than a part."""
-    waiting = {state.item.job.name for state in states if state.state in ("running", "waiting")}
-    merging_now = slurm.states(status.merge_numbers(farm))
-    names = set()
-    for job in farm.jobs:
-        if not job.parts:
-            continue
-        parts = merging.part_files(farm, job)
-        stale = not os.path.exists(os.path.join(farm.base, job.output)) or not all(
-            merging.newer(farm, job.output, name) for name in parts)
-        is_idle = job.name not in waiting and not any(state[0] in slurm.ACTIVE for state in merging_now.values())
-        if job.name in again or (stale and is_idle):
-            names.add(job.name)
-    return names
+    """Names of images that are to be merged: those with new parts, and those whose picture was not written, or not as it is
+    asked for now."""
+    return {job.name for job in farm.jobs if job.parts and job.name in again} | {
+        job.name for job in status.unwritten(farm, states)}
 
 
 def cancel(options):

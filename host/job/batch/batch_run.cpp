@@ -216,6 +216,14 @@ bool BatchRun::was_begun(const RenderOptions& options, const std::string& key) {
   return last != nullptr && last->state != "done" && last->key == key;
 }
 
+void BatchRun::resume(RenderOptions& options) {
+  CheckpointOptions& checkpoint = options.checkpoint;
+  if (!checkpoint.file.empty())
+    checkpoint.implied = !std::exchange(checkpoint.resume, true);
+  else if (options.keeps_sums() && checkpoint.parts.empty())
+    checkpoint.left = options.exr().string();
+}
+
 void BatchRun::log_once(const BatchJob& job, const std::string& line) {
   constexpr std::size_t kMost = 10000;  // beyond it, notes may repeat rather than memory grow
   {
@@ -249,8 +257,7 @@ void BatchRun::prepare(Worker& worker, JobInHand& current) {
   const auto log = [this, &job = current.job](const std::string& line) { log_once(job, line); };
   RenderOptions own = options;
   own.goal.times_rendering = true;  // other images are loaded and written beside it
-  if (!own.checkpoint.file.empty() && was_begun(options, current.key))
-    own.checkpoint.resume = true, own.checkpoint.implied = !options.checkpoint.resume;
+  if (was_begun(options, current.key)) resume(own);
   current.render.emplace(std::move(own), log, process_seconds());
   current.render->share(pilots_);
   if (!worker.scenes.takes(current.scene))

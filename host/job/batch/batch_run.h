@@ -70,6 +70,9 @@ class BatchRun {
   void prepare(Worker& worker, JobInHand& current);
   [[nodiscard]] bool is_done(const RenderOptions& options, const std::string& key);
   [[nodiscard]] bool was_begun(const RenderOptions& options, const std::string& key);
+  /// Lets a render that was begun before go on from its checkpoint, or from its own output if that
+  /// has exact sums.
+  static void resume(RenderOptions& options);
   void render(Worker& worker, JobInHand& current);
   void write(JobInHand& current, bool beside_render);
   void close(JobInHand& current, JobState state);

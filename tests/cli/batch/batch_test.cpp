@@ -252,6 +252,31 @@ TEST(Batch, interrupted_and_killed_it_goes_on_with_the_bits_of_single_renders) {
   }
 }
 
+TEST(Batch, an_interrupted_part_goes_on_from_what_its_own_file_holds) {
+  const Workplace here;
+  const std::string part = fmt::format("render {} --size 64x64 --samples 100:1700 -o ", scene("cornell.gltf"));
+  here.write("jobs", part + "part.exr");
+  const pid_t child = here.start("batch jobs", "EIKON_FAULT=device:0:slow=50");
+  wait_for_lines(here / "jobs.ledger", 1);
+  std::this_thread::sleep_for(std::chrono::seconds(2));
+  kill(child, SIGTERM);
+  EXPECT_EQ(here.wait(child).code, 143);
+  EXPECT_TRUE(succeeded(here.eikon("batch jobs")));
+
+  std::uint64_t rendered = 0;
+  int runs = 0;
+  for (const json& entry : entries(here / "jobs.ledger")) {
+    if (entry.at("state") == "started") continue;
+    EXPECT_GT(entry.at("samples"), 0U) << entry;
+    rendered += entry.at("samples").get<std::uint64_t>();
+    ++runs;
+  }
+  EXPECT_EQ(runs, 2);
+  EXPECT_EQ(rendered, 64U * 64 * 1600);
+  ASSERT_TRUE(succeeded(here.eikon(part + "whole.exr")));
+  EXPECT_TRUE(same_picture(here / "whole.exr", here / "part.exr"));
+}
+
 TEST(Batch, terminated_it_says_so) {
   const Workplace here;
   here.write("jobs", fmt::format("render {0} -o 1.exr --size 64x64 --spp 100000000\nrender {0} -o 2.exr {1}\n",
