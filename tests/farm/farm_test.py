@@ -254,6 +254,37 @@ class C_Whole(FarmTest):
                        f"0.278,0.27,{-0.8 - 0.01 * 5}:0.278,0.27,0")
 
 
+    def test_a_part_that_was_half_done_is_not_merged_and_goes_on(self):
+        words = ["--size", "64x64", "--spp", "1200"]
+        slow, switch = self.slow_program("eikon_half", 30)
+        code, said, wrong = submit("half", CORNELL, "-o", "half.exr", *words, "--parts", 2, "--lines", 1, "--exclude", "n1",
+                                   program=slow)
+        self.assertEqual(code, 0, said + wrong)
+        self.process("half")
+        cluster.wait_until(lambda: ledger("half"), 20, "the start of a part")
+        time.sleep(1)
+        self.assertEqual(farm("cancel", space / "half")[0], 0)
+        switch.unlink()
+        wait("half", 20)
+        parts = space / "half/parts/half"
+        self.assertEqual([file.name for file in parts.iterdir()], ["00000000-00000600.exr"])
+        self.assertFalse((space / "half.exr").exists())
+        self.assertIn("submitted 2 tasks", farm("resubmit", space / "half")[1])
+        wait("half")
+        events = {json.dumps(event): event for event in ledger("half")}.values()
+        samples = [event["samples"] for event in events if event["state"] in ("done", "interrupted")]
+        self.assertEqual((len(samples), sum(samples)), (3, 1200 * 64 * 64), "samples were lost, or rendered twice")
+        self.same_bits(space / "half.exr", CORNELL, *words)
+        # A merge that was killed after it had written the picture, and before all else that was asked for.
+        self.assertEqual(farm("status", space / "half")[0], 0)
+        (parts / "picture.done").unlink()
+        code, said, _ = farm("status", space / "half")
+        self.assertEqual(code, 1)
+        self.assertRegex(said, r"not written: half.exr: its parts are done, but .*; log: .*/half/logs/merge-0-00000.log")
+        self.assertIn("submitted 0 tasks", farm("resubmit", space / "half")[1])
+        wait("half")
+        self.assertEqual(farm("status", space / "half")[0], 0)
+
     def test_a_node_that_has_the_kernels_of_a_job_gives_them_to_others_without_compiling(self):
         lists = []
         for name in ("cold", "warm"):
