@@ -139,8 +139,10 @@ AtomicFile::AtomicFile(const std::filesystem::path& path) : path_(behind_links(p
     if (descriptor_ < 0) fail_with(path_, errno);
     return;
   }
-  std::error_code ignored;
-  const auto status = std::filesystem::status(path_, ignored);
+  std::error_code why;
+  const auto status = std::filesystem::status(path_, why);
+  // The temporary file has a short name, so a name that is too long would be found only when that is renamed.
+  if (why == std::errc::filename_too_long) fail_with(path_, ENAMETOOLONG);
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
     throw InputError(
         fmt::format("cannot write \"{}\": it exists and is not a regular file: choose another path", path.string()));

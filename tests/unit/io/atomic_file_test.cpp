@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
+#include "core/error.h"
 #include "support/temporary_folder.h"
 
 namespace eikon::test {
@@ -44,6 +45,13 @@ TEST(AtomicFile, removes_what_a_dead_writer_left_and_leaves_the_files_of_others)
   EXPECT_TRUE(std::filesystem::exists(folder / named(own, "-" + std::to_string(getppid()) + "-")));
   EXPECT_TRUE(std::filesystem::exists(folder / named(foreign, dead_id)));
   EXPECT_EQ(folder.file_count(), 3U);
+}
+
+TEST(AtomicFile, refuses_a_name_that_is_too_long_before_anything_is_written) {
+  const TemporaryFolder folder;
+  EXPECT_NO_THROW(AtomicFile(folder / std::string(255, 'x')));
+  EXPECT_THROW(AtomicFile(folder / std::string(256, 'x')), InputError);
+  EXPECT_EQ(folder.file_count(), 0U);
 }
 
 }  // namespace
