@@ -220,7 +220,7 @@ void settle_camera_and_size(const SceneOptions& options, const Scene& scene, Set
   } else {
     const double aspect = settings.camera.aspect > 0 ? settings.camera.aspect : kDefaultAspect;
     settings.height = kDefaultRows;
-    settings.width = std::uint32_t(std::clamp(std::lround(aspect * kDefaultRows), 1L, long(kMostSide)));
+    settings.width = std::uint32_t(std::lround(std::clamp(aspect * kDefaultRows, 1.0, double(kMostSide))));
   }
   settings.camera_poses = camera_poses(options, scene, asked, settings.camera);
   settings.next_camera = next_camera(options, scene, asked, settings.camera);
