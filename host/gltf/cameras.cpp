@@ -71,6 +71,15 @@ void read_extensions(const JsonView& source, Camera& camera, Notes& notes) {
 
 }  // namespace
 
+double orthographic_aspect(const JsonView& lens) {
+  const double aspect =
+      std::abs(to_number(*member(lens.value, "xmag"))) / std::abs(to_number(*member(lens.value, "ymag")));
+  if (!(aspect >= kLeastAspect && aspect <= kMostAspect))
+    lens.refuse(fmt::format("its picture of aspect {:g} is a line; bring xmag and ymag within {:g} of each other",
+                            aspect, kMostAspect));
+  return aspect;
+}
+
 void add_camera(const Json& document, const PlacedNode& placed, Scene& scene, Notes& notes) {
   const std::size_t index = *placed.node.camera;
   const Json& source = element(items(document, "cameras"), index);
@@ -93,7 +102,8 @@ void add_camera(const Json& document, const PlacedNode& placed, Scene& scene, No
     if (xmag < 0 || ymag < 0) notes.warn(view.label() + ": negative xmag or ymag taken as positive");
     camera.projection = Projection::orthographic;
     camera.ymag_m = std::abs(ymag);
-    camera.aspect = std::abs(xmag) / std::abs(ymag);
+    // Animations may have moved both numbers since the document was checked.
+    camera.aspect = orthographic_aspect({.value = *size, .kind = "orthographic", .parent = &view});
   }
   read_extensions(view, camera, notes);
   scene.cameras.push_back(std::move(camera));

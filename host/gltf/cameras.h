@@ -14,7 +14,11 @@ inline constexpr const char* kPanoramaExtension = "EIKON_camera_panorama";
 /// Appends the camera of a node that has one, under its own name or else the node's. A camera whose
 /// node scales its direction of view to nothing is left out with a note.
 /// throws InputError: an opening or a distance that is missing, not positive or beyond
-///        kMaxCoordinate, a position beyond it
+///        kMaxCoordinate, a position beyond it, as orthographic_aspect
 void add_camera(const Json& document, const PlacedNode& placed, Scene& scene, Notes& notes);
+
+/// Width over height of an orthographic camera's picture; `lens` has numbers other than 0 as xmag and ymag.
+/// throws InputError for a picture that is a line
+double orthographic_aspect(const JsonView& lens);
 
 }  // namespace eikon

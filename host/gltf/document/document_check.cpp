@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>  // wrong elements are replaced
 
 #include "core/error.h"
+#include "gltf/cameras.h"
 #include "gltf/extensions.h"
 #include "gltf/geometry/instances.h"
 #include "gltf/lights.h"
@@ -229,16 +230,12 @@ void check_perspective(const JsonView& view) {
 }
 
 void check_orthographic(const JsonView& view) {
-  double size[2] = {};
-  for (const int axis : {0, 1}) {
-    const char* number = axis == 0 ? "xmag" : "ymag";
-    size[axis] = std::abs(as_number(view, number).value_or(0));
-    if (!(size[axis] > 0 && size[axis] <= kMaxCoordinate))
+  for (const char* number : {"xmag", "ymag"}) {
+    const double size = std::abs(as_number(view, number).value_or(0));
+    if (!(size > 0 && size <= kMaxCoordinate))
       view.refuse(fmt::format("'{}' is missing, 0 or beyond 2^40 m; it is half the size of the picture", number));
   }
-  const double aspect = size[0] / size[1];
-  if (!(aspect >= kLeastAspect && aspect <= kMostAspect))
-    view.refuse(fmt::format("its picture of aspect {:g} is a line", aspect));
+  orthographic_aspect(view);
 }
 
 void check_cameras(Json& document, WrongParts& wrong) {

@@ -98,6 +98,19 @@ TEST(AnimationPointer, numbers_that_a_camera_cannot_have_are_brought_into_their_
   }
 }
 
+TEST(AnimationPointer, a_picture_that_becomes_a_line_is_refused) {
+  Builder builder = requiring_pointers();
+  builder.json["cameras"] = {{{"name", "plan"},
+                              {"type", "orthographic"},
+                              {"orthographic", {{"xmag", 2}, {"ymag", 1}, {"znear", 0.1}, {"zfar", 9}}}}};
+  builder.node()["camera"] = 0;
+  add_channel(builder, 0, pointer_to("/cameras/0/orthographic/xmag"),
+              {.times = {0, 1}, .values = {3, 3e7F}, .type = "SCALAR"});
+  EXPECT_EQ(load_at(builder, 0).cameras.at(0).aspect, 3);
+  const std::string message = scene_test::message_of([&] { (void)load_at(builder, 1); });
+  EXPECT_TRUE(mentions(message, "camera 'plan', orthographic: its picture of aspect 3e+07 is a line")) << message;
+}
+
 TEST(AnimationPointer, nodes_can_be_hidden_and_moved) {
   Builder builder = requiring_pointers();
   builder.node()["extensions"]["KHR_node_visibility"] = {{"visible", true}};
