@@ -50,13 +50,18 @@ std::uint32_t ImplicitSurfaceReader::formula(const JsonView& view) {
   const std::string* const f = as_string(view, "f");
   if (f == nullptr) view.refuse("'f' is missing; a formula of x, y and z, as in \"x^2 + y^2 + z^2 - 1\"");
   const auto [known, is_new] = known_.try_emplace(*f, std::uint32_t(scene_.formulas.size()));
-  if (is_new) {
-    try {
-      scene_.formulas.push_back(formula::parse_formula(*f));
-    } catch (const InputError& error) {
-      view.refuse(fmt::format("f: {}", error.what()));
-    }
+  if (!is_new) return known->second;
+  try {
+    scene_.formulas.push_back(formula::parse_formula(*f));
+  } catch (const InputError& error) {
+    view.refuse(fmt::format("f: {}", error.what()));
   }
+  node_count_ += scene_.formulas.back().expressions.size();
+  if (node_count_ > kMostFormulaNodes)
+    view.refuse(
+        fmt::format("f: with it the formulas of the scene and their derivatives have {} operations and numbers, more "
+                    "than {}; use fewer or shorter formulas",
+                    node_count_, kMostFormulaNodes));
   return known->second;
 }
 

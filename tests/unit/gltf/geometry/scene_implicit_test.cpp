@@ -2,6 +2,7 @@
 // Surfaces by formula, as nodes of a file place them.
 #include <string>
 
+#include "scene/limits.h"
 #include "support/gltf_builder.h"
 
 namespace {
@@ -60,6 +61,33 @@ TEST(SceneImplicit, equal_formulas_are_kept_once) {
   EXPECT_EQ(scene.formulas.size(), 2U);
   EXPECT_EQ(scene.shapes[1].formula, scene.shapes[0].formula);
   EXPECT_NE(scene.shapes[2].formula, scene.shapes[0].formula);
+}
+
+/// A sum whose constants occur in no other one of these.
+std::string long_formula(int of) {
+  std::string f = "x";
+  for (int i = 0; i < 150; ++i) f += "+y^2*sin(z*" + std::to_string(of * 150 + i) + ".5)";
+  return f;
+}
+
+TEST(SceneImplicit, all_formulas_together_have_a_largest_number_of_operations) {
+  Builder builder = with(sphere());
+  const std::size_t of_one = eikon::formula::parse_formula(long_formula(0)).expressions.size(),
+                    of_sphere = builder.load().formulas.at(0).expressions.size();
+  const std::size_t fits = (eikon::kMostFormulaNodes - of_sphere) / of_one;
+  for (std::size_t i = 0; i < fits + 1; ++i) {
+    Json node = builder.json["nodes"][1];
+    node["name"] = "long " + std::to_string(i);
+    node["extensions"]["EIKON_implicit_surface"]["f"] = long_formula(int(i));
+    builder.json["nodes"].push_back(node);
+    if (i < fits) builder.json["scenes"][0]["nodes"].push_back(i + 2);
+  }
+  EXPECT_EQ(builder.load().formulas.size(), fits + 1);
+  builder.json["scenes"][0]["nodes"].push_back(fits + 2);
+  const std::string message = message_of([&] { (void)builder.load(); });
+  EXPECT_TRUE(mentions(message, "node 'long " + std::to_string(fits) + "', EIKON_implicit_surface: ") &&
+              mentions(message, "65536"))
+      << message;
 }
 
 TEST(SceneImplicit, what_is_wrong_is_said_in_a_line) {
