@@ -80,6 +80,7 @@ void check_instance(const glm::dmat4& m, const Mesh& mesh, const glm::dvec3& ext
 /// The checked sources of a scene, and what is learnt while it is read.
 struct SceneSource {
   const Document& document;
+  WrongParts& wrong;  // the document's
   const AccessorTable& accessors;
   const BufferViews& views;
   std::filesystem::path folder;  // files outside it are refused
@@ -229,7 +230,7 @@ void fill_scene(const SceneSource& source, Scene& scene) {
                           .wrong = &source.document.wrong},
                          scene, source.digest, source.notes);
   MeasuredReader measured(source.folder, source.digest, source.notes);
-  MaterialReader materials(source.document, textures, measured, scene, source.notes);
+  MaterialReader materials(source.document, source.wrong, textures, measured, scene, source.notes);
   SkinReader skins(source.document, source.accessors, placed_nodes, source.notes);
   const UsedMeshes meshes = read_meshes(source, placed_nodes, skins, materials, scene);
   read_shapes(source, placed_nodes, materials, scene);
@@ -273,6 +274,7 @@ Scene load(const std::filesystem::path& path, const SceneChoice& choice, Missing
   if (!choice.variant.empty()) choose_variant(document, choice.variant);
   for (const Bytes& bytes : buffers.files()) digest.add(bytes.span());
   fill_scene({.document = document,
+              .wrong = wrong,
               .accessors = accessors,
               .views = views,
               .folder = path.parent_path(),

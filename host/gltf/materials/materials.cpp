@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/error.h"
 #include "gltf/document/document_check.h"
 #include "gltf/extensions.h"
 #include "gltf/light_groups.h"
@@ -44,7 +45,6 @@ void read_priority(const JsonView& view, Material& material, Notes& notes) {
 Material read_factors(const JsonView& view, Notes& notes) {
   const Factors factors(view, notes);
   Material material;
-  if (const Json* name = member(view.value, "name")) material.name = to_string(*name);
   const Json* pbr = member(view.value, kPbr);
   material.base_color = factors.color(pbr, "baseColorFactor", 1.0);
   if (const Json* rgba = member(pbr, "baseColorFactor"))
@@ -62,21 +62,34 @@ Material read_factors(const JsonView& view, Notes& notes) {
 
 }  // namespace
 
-MaterialReader::MaterialReader(const Document& document, TextureReader& textures, MeasuredReader& measured,
-                               Scene& scene, Notes& notes)
+MaterialReader::MaterialReader(const Document& document, WrongParts& wrong, TextureReader& textures,
+                               MeasuredReader& measured, Scene& scene, Notes& notes)
     : document_(document.json),
-      wrong_(document.wrong),
+      wrong_(wrong),
       textures_(textures),
       measured_(measured),
       scene_(scene),
       notes_(notes),
       used_(count_of(document.json, "materials"), false) {
   scene.materials.reserve(used_.size() + 1);
-  for (std::size_t i = 0; i < used_.size(); ++i) {
-    scene.materials.push_back(read_factors(view_of(i), notes));
-    scene.materials.back().light_group = light_group_of(view_of(i), scene);
-  }
+  for (std::size_t i = 0; i < used_.size(); ++i) read(i);
   note_specular_glossiness();
+}
+
+// A wrong material keeps its place and its light group, so that others keep their numbers.
+void MaterialReader::read(std::size_t index) {
+  const JsonView view = view_of(index);
+  Material& material = scene_.materials.emplace_back();
+  const auto unless_wrong = [&](const auto& action) {
+    try {
+      action();
+    } catch (const InputError& error) {
+      wrong_.add(view, error.what());
+    }
+  };
+  unless_wrong([&] { material = read_factors(view, notes_); });
+  if (const Json* name = member(view.value, "name")) material.name = to_string(*name);
+  unless_wrong([&] { material.light_group = light_group_of(view, scene_); });
 }
 
 void MaterialReader::note_specular_glossiness() {

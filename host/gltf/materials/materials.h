@@ -18,10 +18,10 @@ class MaterialReader {
  public:
   /// Appends all materials of the checked document to `scene.materials`, which keep their numbers.
   /// Factors outside their legal ranges are brought into them and named in `notes`. All arguments
-  /// outlive the reader.
-  /// throws InputError for a value that single precision cannot hold
-  MaterialReader(const Document& document, TextureReader& textures, MeasuredReader& measured, Scene& scene,
-                 Notes& notes);
+  /// outlive the reader. A material of which something cannot be read, as a value that single precision
+  /// cannot hold, is added to `wrong`, which is the document's.
+  MaterialReader(const Document& document, WrongParts& wrong, TextureReader& textures, MeasuredReader& measured,
+                 Scene& scene, Notes& notes);
 
   /// The index in `scene.materials` of material `index` of the document, whose textures and table
   /// are read at its first use, and what is left out of it named in the notes. Without an index it
@@ -32,11 +32,12 @@ class MaterialReader {
 
  private:
   [[nodiscard]] JsonView view_of(std::size_t index) const;
+  void read(std::size_t index);
   void note_specular_glossiness();
   void find_textures(const JsonView& view, Material& material);
 
   const Json& document_;
-  const WrongParts& wrong_;
+  WrongParts& wrong_;
   TextureReader& textures_;
   MeasuredReader& measured_;
   Scene& scene_;

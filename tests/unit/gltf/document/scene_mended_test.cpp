@@ -140,6 +140,17 @@ TEST(SceneMended, wrong_parts_that_the_scene_does_not_use_are_left_out_and_refus
          b.json["materials"].push_back({{"name", "bad"}, {"doubleSided", 1}});
        },
        [](Builder& b) { b.primitive()["material"] = 1; }, "material 'bad': 'doubleSided'"},
+      {[](Builder& b) {
+         b.json["materials"].push_back(
+             {{"name", "bad"},
+              {"emissiveFactor", {1, 1, 1}},
+              {"extensions", {{"KHR_materials_emissive_strength", {{"emissiveStrength", 1e300}}}}}});
+       },
+       [](Builder& b) { b.primitive()["material"] = 1; }, "material 'bad': emissiveStrength"},
+      {[](Builder& b) {
+         b.json["materials"].push_back({{"name", "bad"}, {"extras", {{"lightGroup", "a.b"}}}});
+       },
+       [](Builder& b) { b.primitive()["material"] = 1; }, "material 'bad', extras: 'lightGroup'"},
       {[=](Builder& b) {
          b.json["meshes"].push_back({{"primitives", {bad_primitive}}});
        },
@@ -148,18 +159,32 @@ TEST(SceneMended, wrong_parts_that_the_scene_does_not_use_are_left_out_and_refus
          b.json["nodes"].push_back({{"name", "bad"}, {"mesh", 7}});
        },
        [](Builder& b) { b.node()["children"] = {1}; }, "node 'bad': 'mesh' names mesh 7"},
-      {[](Builder& b) { b.json["cameras"] = {{{"type", "fisheye"}}}; }, [](Builder& b) { b.node()["camera"] = 0; },
-       "camera 0: 'type'"},
-      {[](Builder& b) { b.json["skins"] = {{{"joints", {4}}}}; }, [](Builder& b) { b.node()["skin"] = 0; }, "skin 0"},
-      {[](Builder& b) { b.json["textures"] = {{{"source", 5}}}; },
-       [](Builder& b) { b.material()["normalTexture"] = {{"index", 0}}; }, "texture 0"},
-      {[](Builder& b) { b.json["samplers"] = {{{"wrapS", 7}}}; },
+      {[](Builder& b) {
+         b.json["cameras"] = {{{"type", "fisheye"}}};
+       },
+       [](Builder& b) { b.node()["camera"] = 0; }, "camera 0: 'type'"},
+      {[](Builder& b) {
+         b.json["skins"] = {{{"joints", {4}}}};
+       },
+       [](Builder& b) { b.node()["skin"] = 0; }, "skin 0"},
+      {[](Builder& b) {
+         b.json["textures"] = {{{"source", 5}}};
+       },
+       [](Builder& b) {
+         b.material()["normalTexture"] = {{"index", 0}};
+       },
+       "texture 0"},
+      {[](Builder& b) {
+         b.json["samplers"] = {{{"wrapS", 7}}};
+       },
        [](Builder& b) {
          b.json["textures"] = {{{"sampler", 0}}};
          b.material()["normalTexture"] = {{"index", 0}};
        },
        "sampler 0: 'wrapS' 7"},
-      {[](Builder& b) { b.json["images"] = {{{"uri", 7}}}; },
+      {[](Builder& b) {
+         b.json["images"] = {{{"uri", 7}}};
+       },
        [](Builder& b) {
          b.json["textures"] = {{{"source", 0}}};
          b.material()["normalTexture"] = {{"index", 0}};
@@ -174,6 +199,19 @@ TEST(SceneMended, wrong_parts_that_the_scene_does_not_use_are_left_out_and_refus
     part.use(builder);
     EXPECT_TRUE(mentions(message_of([&] { builder.load(); }), part.says));
   }
+}
+
+TEST(SceneMended, light_groups_keep_their_order_whatever_is_wrong_with_a_material) {
+  Builder builder;
+  builder.json["materials"].push_back({{"emissiveFactor", {1, 1, 1}}, {"extras", {{"lightGroup", "key"}}}});
+  builder.json["materials"].push_back({{"name", "paper"}, {"extras", {{"lightGroup", "fill"}}}});
+  const std::vector<std::string> groups{"rest", "key", "fill"};
+  EXPECT_EQ(builder.load().light_groups, groups);
+  builder.json["materials"][1]["extensions"]["KHR_materials_emissive_strength"] = {{"emissiveStrength", 1e300}};
+  const Scene scene = builder.load();
+  EXPECT_EQ(scene.light_groups, groups);
+  EXPECT_EQ(scene.materials.at(2).name, "paper");
+  EXPECT_EQ(scene.materials.at(2).light_group, 2U);
 }
 
 TEST(SceneMended, wrong_animations_are_left_out_since_a_scene_can_stand_still) {
