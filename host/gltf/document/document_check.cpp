@@ -7,6 +7,7 @@
 #include <cmath>
 #include <initializer_list>
 #include <nlohmann/json.hpp>  // wrong elements are replaced
+#include <set>
 
 #include "core/error.h"
 #include "gltf/cameras.h"
@@ -41,9 +42,10 @@ void for_each(const Json& document, const char* key, std::string_view kind, Chec
   }
 }
 
-// As for_each; an element that fails is added to `wrong` and becomes an empty object.
-template <typename Check>
-void for_each_usable(Json& document, const char* key, std::string_view kind, WrongParts& wrong, Check check) {
+// As for_each; an element that fails is added to `wrong` and becomes what `remains` makes of it.
+template <typename Check, typename Remains>
+void for_each_usable(Json& document, const char* key, std::string_view kind, WrongParts& wrong, Check check,
+                     Remains remains) {
   const std::size_t count = count_of(document, key);
   for (std::size_t i = 0; i < count; ++i) {
     const JsonView view{.value = document[key][i], .kind = kind, .index = static_cast<std::int64_t>(i)};
@@ -51,9 +53,15 @@ void for_each_usable(Json& document, const char* key, std::string_view kind, Wro
       check_element(view, check);
     } catch (const InputError& e) {
       wrong.add(view, e.what());
-      document[key][i] = Json::object();
+      document[key][i] = remains(view.value);
     }
   }
+}
+
+// As above; an element that fails becomes an empty object.
+template <typename Check>
+void for_each_usable(Json& document, const char* key, std::string_view kind, WrongParts& wrong, Check check) {
+  for_each_usable(document, key, kind, wrong, check, [](const Json&) { return Json::object(); });
 }
 
 // Calls `check` with each element of the array `key` of an object inside the document.
@@ -116,12 +124,24 @@ std::size_t check_lights(const Json& document) {
   return lights == nullptr ? 0 : size_of(*lights);
 }
 
+// The children of a wrong node stay below it, so that whoever needs one of them, as skins may, finds what is wrong.
+Json children_alone(const Json& node, std::size_t node_count) {
+  const Json* const children = member(node, "children");
+  std::set<std::size_t> legal;
+  for (std::size_t i = 0; children != nullptr && is_array(*children) && i < size_of(*children); ++i)
+    if (is_index(element(*children, i), node_count)) legal.insert(to_index(element(*children, i)));
+  Json kept = Json::object();
+  if (!legal.empty()) kept["children"] = legal;
+  return kept;
+}
+
 void check_nodes(Json& document, WrongParts& wrong) {
   const std::size_t light_count = check_lights(document);
   const std::size_t node_count = count_of(document, "nodes"), mesh_count = count_of(document, "meshes"),
                     camera_count = count_of(document, "cameras"), skin_count = count_of(document, "skins"),
                     accessor_count = count_of(document, "accessors");
-  for_each_usable(document, "nodes", "node", wrong, [&](const JsonView& node) {
+  const auto remains = [&](const Json& node) { return children_alone(node, node_count); };
+  const auto check = [&](const JsonView& node) {
     as_index(node, "mesh", mesh_count, "mesh");
     as_index(node, "camera", camera_count, "camera");
     as_index(node, "skin", skin_count, "skin");
@@ -142,7 +162,8 @@ void check_nodes(Json& document, WrongParts& wrong) {
       }
     }
     check_instancing(node, accessor_count);
-  });
+  };
+  for_each_usable(document, "nodes", "node", wrong, check, remains);
   for_each(document, "scenes", "scene",
            [&](const JsonView& scene) { check_indices(scene, "nodes", node_count, "node"); });
   as_index({.value = document, .kind = "document"}, "scene", count_of(document, "scenes"), "scene");

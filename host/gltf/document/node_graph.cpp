@@ -144,18 +144,52 @@ std::vector<std::size_t> listed_roots(const Document& document, const std::vecto
   return roots;
 }
 
-std::vector<std::size_t> scene_roots(const Document& document, bool all, Notes& notes) {
-  const std::vector<std::size_t> parents = find_parents(document.nodes, notes);
-  if (document.scene && !all) return listed_roots(document, parents, notes);
+std::vector<std::size_t> without_parents(const std::vector<std::size_t>& parents) {
   std::vector<std::size_t> roots;
   for (std::size_t i = 0; i < parents.size(); ++i)
     if (parents[i] == kNoParent) roots.push_back(i);
   return roots;
 }
 
+std::vector<std::size_t> scene_roots(const Document& document, Notes& notes) {
+  const std::vector<std::size_t> parents = find_parents(document.nodes, notes);
+  return document.scene ? listed_roots(document, parents, notes) : without_parents(parents);
+}
+
+/// Returns for each node the parent under which a walk from all roots, in the order of the file, comes to it first.
+std::vector<std::size_t> first_parents(const Nodes& nodes) {
+  struct Entry {
+    std::size_t node, parent;
+  };
+  Notes said_before;
+  std::vector<std::size_t> parents(nodes.size(), kNoParent);
+  std::vector<bool> seen(nodes.size(), false);
+  std::vector<Entry> stack;
+  for (const std::size_t root : without_parents(find_parents(nodes, said_before))) {
+    stack.push_back({.node = root, .parent = kNoParent});
+    while (!stack.empty()) {
+      const Entry entry = stack.back();
+      stack.pop_back();
+      if (seen[entry.node]) continue;
+      seen[entry.node] = true;
+      parents[entry.node] = entry.parent;
+      const std::vector<std::size_t>& children = nodes[entry.node].children;
+      for (auto child = children.rbegin(); child != children.rend(); ++child)
+        if (!seen[*child]) stack.push_back({.node = *child, .parent = entry.node});
+    }
+  }
+  return parents;
+}
+
 bool says_invisible(const GltfNode& node) {
   const Json* visible = member(extension_of(node.view.value, kVisibilityExtension), "visible");
   return visible != nullptr && !to_boolean(*visible);
+}
+
+glm::dmat4 place_below(const glm::dmat4& parent, const GltfNode& node, Notes& notes) {
+  const glm::dmat4 world_from_object = parent * local_transform(node, notes);
+  if (!is_finite(world_from_object)) node.view.refuse("its transform and its parents' together overflow");
+  return world_from_object;
 }
 
 std::vector<PlacedNode> walk_from(const std::vector<std::size_t>& roots, const Document& document, Notes& notes) {
@@ -171,9 +205,8 @@ std::vector<PlacedNode> walk_from(const std::vector<std::size_t>& roots, const D
   while (!stack.empty()) {
     PlacedNode next = stack.back();
     stack.pop_back();
-    next.world_from_object = next.world_from_object * local_transform(next.node, notes);
+    next.world_from_object = place_below(next.world_from_object, next.node, notes);
     next.visible = next.visible && !says_invisible(next.node);
-    if (!is_finite(next.world_from_object)) next.node.view.refuse("its transform and its parents' together overflow");
     for (auto child = next.node.children.rbegin(); child != next.node.children.rend(); ++child) push(*child, &next);
     placed.push_back(next);
     if (placed.size() > document.nodes.size() + kMaxRepeatedNodes)
@@ -186,12 +219,21 @@ std::vector<PlacedNode> walk_from(const std::vector<std::size_t>& roots, const D
 
 std::vector<PlacedNode> walk_nodes(const Document& document, Notes& notes) {
   refuse_loops(document.nodes);
-  return walk_from(scene_roots(document, false, notes), document, notes);
+  return walk_from(scene_roots(document, notes), document, notes);
 }
 
-std::vector<PlacedNode> walk_all_nodes(const Document& document, Notes& notes) {
-  refuse_loops(document.nodes);
-  return walk_from(scene_roots(document, true, notes), document, notes);
+OwnPlaces::OwnPlaces(const Document& document, Notes& notes)
+    : document_(document), notes_(notes), parents_(first_parents(document.nodes)) {}
+
+const glm::dmat4& OwnPlaces::operator[](std::size_t node) {
+  std::vector<std::size_t> way;  // from the node up, until one is known
+  for (std::size_t at = node; at != kNoParent && !known_.contains(at); at = parents_[at]) way.push_back(at);
+  for (; !way.empty(); way.pop_back()) {
+    const std::size_t at = way.back(), parent = parents_[at];
+    document_.wrong.check("node", at);
+    known_[at] = place_below(parent == kNoParent ? glm::dmat4(1.0) : known_.at(parent), document_.nodes[at], notes_);
+  }
+  return known_.at(node);
 }
 
 void check_position(const JsonView& of, const PlacedNode& placed) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <cstddef>
 #include <glm/glm.hpp>
+#include <map>
 #include <vector>
 
 #include "gltf/document/document.h"
@@ -24,8 +26,22 @@ struct PlacedNode {
 ///        overflows, a node that is wrong
 std::vector<PlacedNode> walk_nodes(const Document& document, Notes& notes);
 
-/// The same for all nodes of the document, whatever its scene lists.
-std::vector<PlacedNode> walk_all_nodes(const Document& document, Notes& notes);
+/// Where nodes stand by their own parents, whatever the document's scene lists. A node with several
+/// parents stands where a walk from all roots comes to it first. What is wrong with a node matters to
+/// those below it only.
+class OwnPlaces {
+ public:
+  /// The arguments outlive the places; walk_nodes has let the document pass.
+  OwnPlaces(const Document& document, Notes& notes);
+  /// throws InputError as walk_nodes, of the node and of those above it
+  const glm::dmat4& operator[](std::size_t node);
+
+ private:
+  const Document& document_;
+  Notes& notes_;
+  std::vector<std::size_t> parents_;         // on the way by which the walk comes first
+  std::map<std::size_t, glm::dmat4> known_;  // world from object
+};
 
 /// Checks where the node of a light or a camera stands. throws InputError: a position beyond kMaxCoordinate
 void check_position(const JsonView& of, const PlacedNode& placed);

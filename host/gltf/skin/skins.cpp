@@ -110,13 +110,12 @@ Skin SkinReader::read(std::size_t index) {
 
 const glm::dmat4& SkinReader::place_of(std::size_t joint, const std::string& user) {
   if (placed_[joint] != nullptr) return placed_[joint]->world_from_object;
-  if (placed_outside_.empty()) {
+  if (!own_places_) {
     notes_.mended(fmt::format("{}: its joint {} is not in the scene; it stands where its own parents put it", user,
                               document_.nodes[joint].view.label()));
-    all_ = walk_all_nodes(document_, notes_);
-    placed_outside_ = by_node(all_);
+    own_places_.emplace(document_, notes_);
   }
-  return placed_outside_[joint]->world_from_object;
+  return (*own_places_)[joint];
 }
 
 }  // namespace eikon

@@ -62,8 +62,8 @@ class SkinReader {
   const Document& document_;
   const AccessorTable& accessors_;
   Notes& notes_;
-  std::vector<const PlacedNode*> placed_, placed_outside_;  // by node
-  std::vector<PlacedNode> all_;                             // of the document, once a joint is not in the scene
+  std::vector<const PlacedNode*> placed_;  // by node
+  std::optional<OwnPlaces> own_places_;    // once a joint is not in the scene
   std::map<std::size_t, Skin> read_;
   std::size_t joint_count_ = 0;  // of those that are read
 };

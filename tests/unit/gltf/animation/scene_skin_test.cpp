@@ -317,4 +317,41 @@ TEST(SceneSkin, what_has_a_meaning_is_mended) {
   }
 }
 
+/// The triangle at joints 1 and 2, which the scene does not list and which stand at x = 5.
+Builder with_joints_outside() {
+  Builder builder = skinned({turned(0, glm::dvec3(1), {5, 0, 0}), turned(0, glm::dvec3(1), {5, 0, 0})});
+  builder.json["scenes"][0]["nodes"] = {0};
+  return builder;
+}
+
+TEST(SceneSkin, of_nodes_outside_of_the_scene_only_those_above_joints_have_to_be_right) {
+  const std::vector<std::pair<Json, const char*>> rows{
+      {{{"name", "bad"}, {"rotation", {0, 0, 0, 0}}}, "node 'bad': rotation (0, 0, 0, 0)"},
+      {{{"name", "bad"}, {"matrix", Json(std::vector<double>(16, 1))}}, "node 'bad': the last row of its matrix"},
+      {{{"name", "bad"}, {"matrix", {1e308, 0, 0, 0, 1e308, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}}}, "together overflow"},
+      {{{"name", "bad"}, {"mesh", 99}}, "node 'bad': 'mesh' names mesh 99"}};
+  for (const auto& [bad, says] : rows) {
+    Builder builder = with_joints_outside();
+    builder.json["nodes"].push_back(bad);
+    Json big = column_major(turned(0));
+    big[0] = 1e308, big[1] = 1e308;
+    builder.json["nodes"].push_back({{"name", "below"}, {"matrix", big}});
+    builder.json["nodes"][3]["children"] = {4};
+    expect_near(world(builder.load(), 0), {5, 0, 0});
+    builder.json["nodes"][4]["children"] = {1};
+    const std::string message = message_of([&] { builder.load(); });
+    EXPECT_TRUE(mentions(message, says)) << says << ": " << message;
+  }
+}
+
+TEST(SceneSkin, a_joint_of_several_parents_outside_of_the_scene_stands_under_the_first) {
+  Builder builder = with_joints_outside();
+  builder.json["nodes"].push_back({{"translation", {0, 1, 0}}, {"children", {1}}});
+  builder.json["nodes"].push_back({{"translation", {0, 2, 0}}, {"children", {1, 5}}});
+  builder.json["nodes"].push_back({{"translation", {0, 4, 0}}, {"children", {2, 1}}});
+  const Scene scene = builder.load();
+  expect_near(world(scene, 0), {5, 1, 0});
+  expect_near(world(scene, 2), {5, 7, 0});
+}
+
 }  // namespace
