@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "gltf/document/document_check.h"
 #include "gltf/extensions.h"
+#include "gltf/materials/scratch_share.h"
 #include "io/text.h"
 #include "scene/scene_memory.h"
 
@@ -239,13 +240,15 @@ TextureReader::Use TextureReader::add_image(std::string name, Encoded encoded) {
 }
 
 void TextureReader::take_memory(std::uint64_t pixels, std::uint64_t scratch_bytes) {
-  const std::uint64_t bytes = decoded_bytes_ + pixels * sizeof(std::uint32_t);
-  if (const std::uint64_t needed = bytes + scratch_bytes; needed > source_.budget_bytes)
+  const std::uint64_t bytes = decoded_bytes_ + pixels * sizeof(std::uint32_t),
+                      scratch = std::max(largest_scratch_bytes_, scratch_bytes);
+  if (const std::uint64_t needed = bytes + scratch; needed > source_.budget_bytes)
     throw InputError(
         fmt::format("with its {} pixels the textures need {} MB of memory, more than the {} MB for them on this "
                     "machine; scale them down",
                     pixels, needed >> 20U, source_.budget_bytes >> 20U));
   decoded_bytes_ = bytes;
+  largest_scratch_bytes_ = scratch;
 }
 
 Texture TextureReader::roughness_of(const Texture& glossy, float glossiness) {
@@ -278,6 +281,7 @@ void TextureReader::decode() {
 }
 
 void TextureReader::decode_images() {
+  ScratchShare scratch(source_.budget_bytes - decoded_bytes_);
   std::vector<std::string> errors(encoded_.size());
   tbb::parallel_for(std::size_t{0}, encoded_.size(), [&](std::size_t i) {
     Encoded encoded = std::move(encoded_[i]);  // its bytes go as soon as they are decoded
@@ -285,7 +289,8 @@ void TextureReader::decode_images() {
     try {
       auto texels = scene_.memory == nullptr ? std::nullopt : scene_.memory->image(encoded.source);
       if (!texels) {
-        texels.emplace(decode_picture(encoded.bytes, encoded.header));
+        scratch.with(encoded.header.scratch_bytes,
+                     [&] { texels.emplace(decode_picture(encoded.bytes, encoded.header)); });
         if (scene_.memory != nullptr) scene_.memory->keep_image(encoded.source, *texels);
       }
       scene_.images[i].rgba8 = *std::move(texels);

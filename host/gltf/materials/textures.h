@@ -88,7 +88,7 @@ class TextureReader {
   std::vector<Roughness> roughness_;
   std::vector<std::optional<Use>> of_image_;  // nothing: not asked yet
   std::map<std::string, Use> of_file_;        // several images may name one file or view
-  std::uint64_t decoded_bytes_ = 0;
+  std::uint64_t decoded_bytes_ = 0, largest_scratch_bytes_ = 0;  // together within the budget
   std::size_t fallback_count_ = 0, deep_count_ = 0;
   std::string first_fallback_, first_deep_;
 };

@@ -363,26 +363,30 @@ TEST(SceneTextures, all_images_together_stay_within_one_budget) {
   EXPECT_TRUE(mentions(text, "image 2") && mentions(text, "4096 pixels") && mentions(text, "scale them down")) << text;
 }
 
-TEST(SceneTextures, memory_of_a_decoder_counts_while_it_works) {
+TEST(SceneTextures, memory_of_a_decoder_counts_while_it_works_whatever_comes_after) {
   const std::string lossless = picture_test::webp(16, 16, picture_test::Samples(1024, 200), true);
-  Json document = {{"images", {{{"uri", data_uri(lossless)}}}},
-                         {"textures", {{{"source", 0}}}},
-                         {"materials", {{{"a", {{"index", 0}}}}}}};
+  Json document = {{"images", {{{"uri", data_uri(lossless)}}, {{"uri", data_uri(plain_png(16, 16))}}}},
+                   {"textures", {{{"source", 0}}, {{"source", 1}}}},
+                   {"materials", {{{"a", {{"index", 0}}}, {"b", {{"index", 1}}}}}}};
   const eikon::Buffers buffers(document, {}, ".");
   eikon::WrongParts wrong;
   eikon::Notes unused;
   const eikon::BufferViews views(document, buffers, wrong, unused);
   const eikon::JsonView material{.value = document["materials"][0], .kind = "material", .index = 0};
-  const auto find = [&](std::uint64_t budget_bytes) {
+  const auto find = [&](std::initializer_list<const char*> keys, std::uint64_t budget_bytes) {
     Scene scene;
     eikon::Digest digest;
     eikon::Notes notes;
     eikon::TextureReader reader({.document = document, .views = views, .folder = ".", .budget_bytes = budget_bytes},
                                 scene, digest, notes);
-    return reader.find(material, "a", false).has_value();
+    for (const char* key : keys) EXPECT_TRUE(reader.find(material, key, false));
   };
-  EXPECT_TRUE(find(2048));
-  EXPECT_TRUE(mentions(message_of([&] { find(2047); }), "scale them down"));
+  find({"a"}, 2048);
+  EXPECT_TRUE(mentions(message_of([&] { find({"a"}, 2047); }), "scale them down"));
+  find({"b", "a"}, 3072);
+  EXPECT_TRUE(mentions(message_of([&] { find({"b", "a"}, 3071); }), "scale them down"));
+  find({"a", "b"}, 3072);
+  EXPECT_TRUE(mentions(message_of([&] { find({"a", "b"}, 3071); }), "scale them down"));
 }
 
 TEST(SceneTextures, poses_of_a_file_share_its_pixels_while_one_of_them_lives) {
