@@ -86,6 +86,10 @@ void set_transform(const JsonView& view, Texture& texture) {
   }
 }
 
+[[noreturn]] void refuse_fallback(const std::string& damage, const std::string& why) {
+  throw InputError(fmt::format("{}; its PNG or JPEG cannot take its place: {}", damage, why));
+}
+
 }  // namespace
 
 std::uint64_t texture_budget_bytes() {
@@ -175,18 +179,24 @@ std::optional<std::uint32_t> TextureReader::image_of_extension(const JsonView& t
   std::string why;
   try {
     const Use& use = use_image(index);
+    if (use.image && has_fallback)
+      fallbacks_.try_emplace(*use.image, Fallback{.image = to_index(*member(texture.value, "source")),
+                                                  .user = fmt::format("{}: {}", texture.label(), name)});
     if (use.image) return use.image;
     why = use.missing;
   } catch (const InputError& e) {
     if (!has_fallback) throw;
     why = e.what();
   }
-  if (has_fallback) {
-    if (fallback_count_++ == 0) first_fallback_ = fmt::format("{}: {} is not read: {}", texture.label(), name, why);
-  } else {
+  if (has_fallback)
+    say_fallback(fmt::format("{}: {}", texture.label(), name), why);
+  else
     notes_.unsupported(why, fmt::format("image {}", index));
-  }
   return std::nullopt;
+}
+
+void TextureReader::say_fallback(const std::string& user, const std::string& why) {
+  if (fallback_count_++ == 0) first_fallback_ = fmt::format("{} is not read: {}", user, why);
 }
 
 const TextureReader::Use& TextureReader::use_image(std::size_t index) {
@@ -251,6 +261,10 @@ void TextureReader::take_memory(std::uint64_t pixels, std::uint64_t scratch_byte
   largest_scratch_bytes_ = scratch;
 }
 
+void TextureReader::give_back_memory(const TextureImage& image) {
+  decoded_bytes_ -= std::uint64_t{image.width} * image.height * sizeof(std::uint32_t);
+}
+
 Texture TextureReader::roughness_of(const Texture& glossy, float glossiness) {
   Texture result = glossy;
   result.srgb = false;
@@ -271,7 +285,7 @@ Texture TextureReader::roughness_of(const Texture& glossy, float glossiness) {
 }
 
 void TextureReader::decode() {
-  decode_images();
+  replace_damaged(decode_images(0));
   make_roughness();
   const auto others = [](std::size_t count) { return count > 1 ? fmt::format(" (and {} more)", count - 1) : ""; };
   if (fallback_count_ != 0)
@@ -280,10 +294,10 @@ void TextureReader::decode() {
     notes_.warn(fmt::format("{}: 16 bits per channel reduced to 8{}", first_deep_, others(deep_count_)));
 }
 
-void TextureReader::decode_images() {
+std::vector<std::string> TextureReader::decode_images(std::size_t first) {
   ScratchShare scratch(source_.budget_bytes - decoded_bytes_);
-  std::vector<std::string> errors(encoded_.size());
-  tbb::parallel_for(std::size_t{0}, encoded_.size(), [&](std::size_t i) {
+  std::vector<std::string> damages(encoded_.size() - first), refusals(encoded_.size() - first);
+  tbb::parallel_for(first, encoded_.size(), [&](std::size_t i) {
     Encoded encoded = std::move(encoded_[i]);  // its bytes go as soon as they are decoded
     if (encoded.header.format == PictureFormat::unknown) return;
     try {
@@ -295,21 +309,62 @@ void TextureReader::decode_images() {
       }
       scene_.images[i].rgba8 = *std::move(texels);
     } catch (const InputError& e) {
-      errors[i] = fmt::format("{}: {}", encoded.label, e.what());
+      damages[i - first] = fmt::format("{}: {}", encoded.label, e.what());
     } catch (const std::bad_alloc&) {
-      errors[i] = encoded.label + ": needs more memory than there is; scale it down";
+      refusals[i - first] = encoded.label + ": needs more memory than there is; scale it down";
     }
   });
-  encoded_.clear();
-  for (const std::string& error : errors) {
-    if (!error.empty()) throw InputError(error);
+  for (const std::string& refusal : refusals)
+    if (!refusal.empty()) throw InputError(refusal);
+  return damages;
+}
+
+// Textures know images by their indices, so a fallback moves to the index of the image that it replaces.
+void TextureReader::replace_damaged(const std::vector<std::string>& damages) {
+  std::map<std::uint32_t, std::uint32_t> fallback_of;  // both are indices into scene_.images
+  for (std::uint32_t i = 0; i < damages.size(); ++i)
+    if (!damages[i].empty()) fallback_of.emplace(i, add_fallback(i, damages[i]));
+  std::vector<std::string> all = damages;
+  for (std::string& damage : decode_images(damages.size())) all.push_back(std::move(damage));
+  for (const auto& [damaged, fallback] : fallback_of) {
+    if (!all[fallback].empty()) refuse_fallback(damages[damaged], all[fallback]);
+    TextureImage image = scene_.images[fallback];
+    scene_.images[damaged] = std::move(image);
   }
+  scene_.images.resize(damages.size());
+  encoded_.clear();
+}
+
+// Returns its index in scene_.images, where it stands behind those that textures have.
+std::uint32_t TextureReader::add_fallback(std::uint32_t damaged, const std::string& damage) {
+  const auto known = fallbacks_.find(damaged);
+  if (known == fallbacks_.end()) throw InputError(damage);
+  const auto each_roughness = [&](const auto& action) {
+    for (const Roughness& made : roughness_)
+      if (made.glossy == damaged) action(made);
+  };
+  give_back_memory(scene_.images[damaged]);
+  each_roughness([&](const Roughness& made) { give_back_memory(scene_.images[made.image]); });
+  Use use;
+  try {
+    use = use_image(known->second.image);
+    if (!use.image) throw InputError(fmt::format("image {}: {} are not read", known->second.image, use.missing));
+    const TextureImage& image = scene_.images[*use.image];
+    each_roughness([&](const Roughness&) { take_memory(std::uint64_t{image.width} * image.height, 0); });
+  } catch (const InputError& e) {
+    refuse_fallback(damage, e.what());
+  }
+  say_fallback(known->second.user, damage);
+  return *use.image;
 }
 
 void TextureReader::make_roughness() {
   for (const Roughness& made : roughness_) {
+    TextureImage& image = scene_.images[made.image];
+    image.width = scene_.images[made.glossy].width;
+    image.height = scene_.images[made.glossy].height;
     const std::vector<std::uint32_t>& glossy = scene_.images[made.glossy].rgba8;
-    std::vector<std::uint32_t>& rough = scene_.images[made.image].rgba8.edit();
+    std::vector<std::uint32_t>& rough = image.rgba8.edit();
     rough.resize(glossy.size());
     for (std::size_t i = 0; i < glossy.size(); ++i) {
       const float roughness = 255.0F - made.glossiness * static_cast<float>(glossy[i] >> 24U);

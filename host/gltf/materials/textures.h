@@ -50,7 +50,8 @@ class TextureReader {
   /// from its image by decode(). throws InputError: the budget
   Texture roughness_of(const Texture& glossy, float glossiness);
 
-  /// Fills the pixels of `scene.images`, on all processors.
+  /// Fills the pixels of `scene.images`, on all processors. Where those of an image that an extension names
+  /// are damaged, and the texture has an image of its own, they become that one's, which is noted.
   /// throws InputError with the image, in the order of their first use
   void decode();
 
@@ -67,6 +68,11 @@ class TextureReader {
     std::optional<std::uint32_t> image{};
     std::string missing{};
   };
+  /// What takes the place of an image that an extension names.
+  struct Fallback {
+    std::size_t image = 0;  // of the document
+    std::string user;       // "texture 0: EXT_texture_webp"
+  };
   struct Roughness {
     std::uint32_t image = 0, glossy = 0;  // indices into scene_.images
     float glossiness = 1.0F;
@@ -77,7 +83,12 @@ class TextureReader {
   const Use& use_image(std::size_t index);
   Use add_image(std::string name, Encoded encoded);
   void take_memory(std::uint64_t pixels, std::uint64_t scratch_bytes);
-  void decode_images();
+  void give_back_memory(const TextureImage& image);
+  void say_fallback(const std::string& user, const std::string& why);
+  /// Decodes the images from index `first` on. Returns for each what is damaged of it, or nothing.
+  std::vector<std::string> decode_images(std::size_t first);
+  void replace_damaged(const std::vector<std::string>& damages);
+  std::uint32_t add_fallback(std::uint32_t damaged, const std::string& damage);
   void make_roughness();
 
   TextureSource source_;
@@ -86,6 +97,7 @@ class TextureReader {
   Notes& notes_;
   std::vector<Encoded> encoded_;  // as scene_.images, until decoded; nothing for roughness
   std::vector<Roughness> roughness_;
+  std::map<std::uint32_t, Fallback> fallbacks_;  // by index into scene_.images; that of the first texture
   std::vector<std::optional<Use>> of_image_;  // nothing: not asked yet
   std::map<std::string, Use> of_file_;        // several images may name one file or view
   std::uint64_t decoded_bytes_ = 0, largest_scratch_bytes_ = 0;  // together within the budget

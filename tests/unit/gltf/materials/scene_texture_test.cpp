@@ -272,26 +272,6 @@ TEST(SceneTextures, basis_universal_is_read) {
   }
 }
 
-TEST(SceneTextures, a_fallback_is_used_and_said_once) {
-  const std::string basis = picture_test::ktx2(4, 2, {1}, {.format = 0, .scheme = 1});
-  for (const auto& [extension, file] :
-       {std::pair("EXT_texture_avif", std::string("avif")), std::pair("KHR_texture_basisu", basis),
-        std::pair("EXT_texture_webp", std::string("RIFF....WEBPVP8 ..."))}) {
-    Builder builder = with_png(plain_png(1, 1, 7, 8, 9));
-    builder.json["images"].push_back({{"uri", data_uri(file)}});
-    builder.json["textures"] = {{{"source", 0}, {"extensions", {{extension, {{"source", 1}}}}}}};
-    builder.material()["normalTexture"] = {{"index", 0}};
-    const Scene scene = builder.load();
-    ASSERT_TRUE(scene.materials[0].base_color_texture);
-    EXPECT_EQ(scene.images.at(scene.materials[0].base_color_texture->image).rgba8.at(0), 0xFF090807U);
-    EXPECT_TRUE(scene.unsupported.empty());
-    ASSERT_EQ(scene.warnings.size(), 1U);
-    EXPECT_TRUE(mentions(scene.warnings[0], std::string("texture 0: ") + extension + " is not read") &&
-                mentions(scene.warnings[0], "its PNG or JPEG is used (and 1 more)"))
-        << scene.warnings[0];
-  }
-}
-
 TEST(SceneTextures, what_has_no_image_or_no_coordinates_is_left_out_and_said) {
   Builder builder = with_png();
   builder.json["textures"] = {Json::object()};
