@@ -217,7 +217,7 @@ ExitCode merge_command(const MergeOptions& options) {
   print_outside(whole);
   if (whole.record.arithmetic != std::set<std::string>{"exact"} && !whole.record.arithmetic.empty())
     print_to_stderr("eikon: arithmetic {}: other devices may give other bits; see `eikon selftest`\n",
-                    fmt::join(whole.record.arithmetic, ", "));
+                    printable(fmt::format("{}", fmt::join(whole.record.arithmetic, ", "))));
   if (!options.quiet) {
     fmt::print("{}: {} parts, {} x {} pixels of {} x {}, samples {}:{}{}\n", printable(options.output), parts.size(), crop.width(),
                crop.height(), whole.layout.width, whole.layout.height, begin, end, complete ? "" : " with gaps");

@@ -82,6 +82,7 @@ IntegerChunks::IntegerChunks(const std::filesystem::path& path, int part, const 
                   end(found.max.y)};
   if (read != window) throw std::runtime_error("it was replaced while it was read.");
   check(exr_get_scanlines_per_chunk(own.file, part, &own.rows_per_chunk), "reading its header");
+  own.rows_per_chunk = std::min(own.rows_per_chunk, static_cast<int>(window.height()));
   own.words.resize(own.words_per_channel() * channels.size());
 }
 

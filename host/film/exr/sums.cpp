@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -40,6 +41,10 @@ void read_channels(const std::filesystem::path& path, const Imf::Header& header,
   if (layout.mattes.size() > kMostMattes) refuse(path, fmt::format("{} mattes", layout.mattes.size()));
   if (layout.channels.size() < 3 || layout.channels[0] != "R" || layout.channels[1] != "G" || layout.channels[2] != "B")
     refuse(path, "its sums are not of R, G, B");
+  // A list of names may be long without the channels that it names.
+  if (std::set<std::string>(layout.channels.begin(), layout.channels.end()).size() != layout.channels.size() ||
+      std::set<std::string>(layout.mattes.begin(), layout.mattes.end()).size() != layout.mattes.size())
+    refuse(path, "its sums have a channel twice");
   for (const std::string& name : exr::sums_channels(layout)) {
     const Imf::Channel* channel = header.channels().findChannel(name);
     if (channel == nullptr || channel->type != Imf::UINT)

@@ -107,6 +107,20 @@ TEST(HostileExr, a_huge_window_is_refused_before_memory_is_taken) {
   }
 }
 
+TEST(HostileExr, a_channel_that_is_listed_twice_is_refused) {
+  const TemporaryFolder folder;
+  FilmLayout layout = small_layout(9, 20);
+  layout.channels = {"R", "G", "B", "Q"};
+  write_exr(folder / "four.exr", test::random_film(layout, 1), {}, {.exact_sums = true});
+  EXPECT_TRUE(reads(read_film, folder / "four.exr"));
+  std::string bytes = read_bytes(folder / "four.exr");
+  const std::size_t at = bytes.find("R,G,B,Q");
+  ASSERT_NE(at, std::string::npos);
+  bytes[at + 6] = 'B';
+  write_bytes(folder / "twice.exr", bytes);
+  EXPECT_THROW(read_film(folder / "twice.exr"), InputError);
+}
+
 TEST(HostileExr, what_is_no_exr_is_named) {
   const TemporaryFolder folder;
   write_bytes(folder / "text.exr", "not an image at all");
