@@ -353,6 +353,10 @@ Prepared prepare(const SceneOptions& options, std::shared_ptr<Scene> loaded, con
   const SampleRange samples = options.samples.value_or(SampleRange{0, options.spp.value_or(kUsualSpp)});
   settings.sample_begin = samples.begin;
   settings.sample_end = samples.end;
+  if (samples.end - samples.begin > kMostImagePaths / settings.crop.pixel_count())
+    throw UsageError(
+        fmt::format("{} samples of each of {} pixels are more than 2^60 in all; ask for fewer by --spp or --samples",
+                    samples.end - samples.begin, settings.crop.pixel_count()));
   settings.culling = options.culling;
   settings.guiding = scene.moves_surfaces || scene.moves_lights ? Guiding::off : options.guiding;
   settings.environment = choose_environment(options, scene, settings, log);
