@@ -75,11 +75,6 @@ std::string advice(int error) {
       fmt::format("cannot write \"{}\": {}: {}", path.string(), std::generic_category().message(error), advice(error)));
 }
 
-std::filesystem::path behind_links(const std::filesystem::path& path) {
-  std::error_code ignored;
-  return std::filesystem::is_symlink(path, ignored) ? std::filesystem::weakly_canonical(path, ignored) : path;
-}
-
 /// Names the process ids that this process sees: those of one boot of a machine, in one PID namespace. Empty if the
 /// kernel does not tell.
 const std::string& name_of_process_ids() {
@@ -133,7 +128,23 @@ int standard_output() {
 
 }  // namespace
 
-AtomicFile::AtomicFile(const std::filesystem::path& path) : path_(behind_links(path)) {
+std::optional<std::filesystem::path> behind_links(const std::filesystem::path& path) {
+  constexpr int kMostLinks = 40;  // as Linux follows
+  std::filesystem::path file = path;
+  std::error_code error;
+  for (int i = 0; i < kMostLinks; ++i) {
+    if (!std::filesystem::is_symlink(file, error)) return file;
+    const std::filesystem::path to = std::filesystem::read_symlink(file, error);
+    if (error) return file;
+    file = file.parent_path() / to;  // which is `to` if that is absolute
+  }
+  return std::nullopt;
+}
+
+AtomicFile::AtomicFile(const std::filesystem::path& path) {
+  const std::optional<std::filesystem::path> file = behind_links(path);
+  if (!file) fail_with(path, ELOOP);
+  path_ = *file;
   if (path == kStandardOutput) {
     descriptor_ = standard_output() < 0 ? -1 : memfd_create("eikon", MFD_CLOEXEC);
     if (descriptor_ < 0) fail_with(path_, errno);

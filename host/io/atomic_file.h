@@ -4,12 +4,16 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 namespace eikon {
 
 /// Names standard output where a file is to be written.
 inline constexpr const char* kStandardOutput = "-";
+
+/// The file that a path names behind symbolic links, whether it exists or not; nothing if they lead round in a loop.
+[[nodiscard]] std::optional<std::filesystem::path> behind_links(const std::filesystem::path& path);
 
 /// Writes under a temporary name in the folder of the final one; commit() flushes it to the disk
 /// and renames it. Without a commit the temporary file is removed. Symbolic links are followed, so

@@ -28,7 +28,8 @@ fs::path place_of(const fs::path& path) {
   std::error_code error;  // such as a loop of links: opening the file will report it
   // weakly_canonical alone leaves a relative path relative if nothing of it exists.
   const fs::path whole = fs::absolute(path, error);
-  fs::path real = fs::weakly_canonical(whole, error);
+  // Nor does it follow a link to what does not exist yet.
+  fs::path real = fs::weakly_canonical(behind_links(whole).value_or(whole), error);
   return error ? whole.lexically_normal() : real;
 }
 
