@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <filesystem>
 #include <utility>
 
 #include "core/error.h"
@@ -30,14 +31,15 @@ void for_each_place(const std::string& name, const Place& place) {
   }
 }
 
-/// The flags and names of the files that a render writes; empty names are of files that it does not write.
-std::array<std::pair<const char*, std::string*>, 6> names_of(RenderOptions& options) {
+/// The flags and names of the files that a render writes, or keeps; empty names are of files that it has not.
+std::array<std::pair<const char*, std::string*>, 7> names_of(RenderOptions& options) {
   return {{{"-o", &options.output},
            {"--png", &options.png.file},
            {"--stats", &options.stats},
            {"--profile", &options.profile},
            {"--report", &options.report},
-           {"--checkpoint", &options.checkpoint.file}}};
+           {"--checkpoint", &options.checkpoint.file},
+           {"--pilot", &options.pilot}}};
 }
 
 }  // namespace
@@ -76,10 +78,10 @@ void require_numbers(const RenderOptions& options) {
       throw UsageError(fmt::format("--frames writes a file for each frame: {} takes a name such as walk_%04d.exr, not "
                                    "standard output",
                                    flag));
-    const std::size_t dot = std::min(name->find_last_of('.'), name->size());
+    const std::size_t dot = name->size() - std::filesystem::path(*name).extension().string().size();
     throw UsageError(
-        fmt::format("--frames: {} {} has no place for a number, so that each frame would replace the one "
-                    "before; write {} {}.%04d{}",
+        fmt::format("--frames: {} {} has no place for a number, and each frame has a file of its own; "
+                    "write {} {}.%04d{}",
                     flag, *name, flag, name->substr(0, dot), name->substr(dot)));
   }
 }

@@ -112,8 +112,8 @@ TEST(Sequence, is_refused_in_one_line_where_nothing_can_come_of_it) {
   for (const char* flags :
        {"-o a%d.exr --frames 5:1", "-o a%d.exr --frames 3", "-o a%d.exr --frames 0:x", "-o a%d.exr --frames 0:9:0",
         "-o a%d.exr --frames 0:9:1:1", "-o a.exr --frames 0:1", "-o a%d.exr --png a.png --frames 0:1",
-        "-o - --frames 0:1", "-o a%d.exr --frames 0:9999999", "-o a%d.exr --frames -1:3",
-        "-o a%d.exr --png a%d.exr --frames 0:1", "-o a%d.exr --frames 0:1 --frame 3",
+        "-o - --frames 0:1", "-o a%d.exr --pilot p.pilot --frames 0:1", "-o a%d.exr --frames 0:9999999",
+        "-o a%d.exr --frames -1:3", "-o a%d.exr --png a%d.exr --frames 0:1", "-o a%d.exr --frames 0:1 --frame 3",
         "-o a%d.exr --frames 0:1 --scene-time 3", "-o a%d.exr --frame 3 --scene-time 3",
         "-o a%d.exr --frames 0:1 --fps 0", "-o a%d.exr --frame 1.5", "-o a%d.exr --frames 0:1 --pixel 1,1 --sample 0"})
     EXPECT_TRUE(refused(here.eikon(arm(flags)), kUsage)) << flags;

@@ -33,8 +33,8 @@ TEST(Frames, every_name_needs_a_place_for_the_number) {
   RenderOptions options;
   options.output = "a_%d.exr";
   EXPECT_NO_THROW(require_numbers(options));
-  for (std::string* name :
-       {&options.output, &options.png.file, &options.stats, &options.profile, &options.checkpoint.file}) {
+  for (std::string* name : {&options.output, &options.png.file, &options.stats, &options.profile, &options.report,
+                            &options.checkpoint.file, &options.pilot}) {
     const std::string before = std::exchange(*name, "still.x");
     try {
       require_numbers(options);
@@ -44,6 +44,13 @@ TEST(Frames, every_name_needs_a_place_for_the_number) {
       EXPECT_NE(std::string(error.what()).find("still.%04d.x"), std::string::npos) << error.what();
     }
     *name = before;
+  }
+  options.output = "../d/wheel";
+  try {
+    require_numbers(options);
+    ADD_FAILURE() << "nothing was thrown";
+  } catch (const UsageError& error) {
+    EXPECT_NE(std::string(error.what()).find("write -o ../d/wheel.%04d"), std::string::npos) << error.what();
   }
 }
 
