@@ -24,6 +24,7 @@ struct Image {
   std::vector<std::string> channels;            // "R", "G", "B", "albedo.R", "depth.Z", ...
   std::vector<std::vector<float>> planes;       // one per channel, width * height values each
   std::map<std::string, std::string> metadata;  // eikon.* attributes, with numbers as text
+  std::int64_t x0 = 0, y0 = 0;                  // of the data window, from the corner of the display window
 
   /// The values of a channel, or null when there is no such channel.
   [[nodiscard]] const std::vector<float>* plane(const std::string& channel) const;

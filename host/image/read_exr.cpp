@@ -61,6 +61,8 @@ Image read_exr(const std::filesystem::path& path) {
     const Imath::Box2i& window = header.dataWindow();
     Image image;
     std::tie(image.width, image.height) = reader.size(0);
+    image.x0 = std::int64_t{window.min.x} - header.displayWindow().min.x;
+    image.y0 = std::int64_t{window.min.y} - header.displayWindow().min.y;
     Imf::FrameBuffer buffer;
     for (auto i = header.channels().begin(); i != header.channels().end(); ++i) {
       image.channels.emplace_back(i.name());

@@ -94,6 +94,10 @@ void require_same_picture(const Prepared& prepared, const Reference& reference) 
     throw InputError(fmt::format("{}: the reference has {} x {} pixels, the render {} x {}; give its --size or --crop",
                                  reference.path, reference.image.width, reference.image.height, settings.crop.width(),
                                  settings.crop.height()));
+  if (reference.image.x0 != settings.crop.x0 || reference.image.y0 != settings.crop.y0)
+    throw InputError(
+        fmt::format("{}: the window of the reference begins at {},{}, that of the render at {},{}; give its --crop",
+                    reference.path, reference.image.x0, reference.image.y0, settings.crop.x0, settings.crop.y0));
   for (const char* channel : {"R", "G", "B"})
     if (reference.image.plane(channel) == nullptr)
       throw InputError(fmt::format("{}: the reference has no channel {}", reference.path, channel));

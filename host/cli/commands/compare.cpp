@@ -7,6 +7,7 @@
 #include "cli/commands.h"
 #include "io/atomic_file.h"
 #include "job/file_identity.h"
+#include "job/log.h"
 #include "image/image.h"
 
 namespace eikon {
@@ -20,6 +21,9 @@ struct CompareOptions {
 ExitCode compare_command(const CompareOptions& options) {
   require_writable({options.png, options.json}, {.files = {options.test, options.reference}});
   const Image test = read_exr(options.test), reference = read_exr(options.reference);
+  if (test.x0 != reference.x0 || test.y0 != reference.y0)
+    print_to_stderr("eikon: the windows begin at {},{} and {},{} of their pictures, and are laid over each other\n",
+                    test.x0, test.y0, reference.x0, reference.y0);
   const Comparison result = compare_images(test, reference);
   if (!options.png.empty()) write_png(options.png, difference_image(test, reference), 0);
   if (!options.json.empty()) {

@@ -124,6 +124,12 @@ TEST(BenchScene, a_reference_of_another_picture_is_refused_in_one_line) {
     EXPECT_TRUE(refused(outcome, 3)) << flags;
     EXPECT_TRUE(contains(outcome.err, reason)) << outcome.err;
   }
+  ASSERT_TRUE(succeeded(
+      here.eikon("render " + scene("cornell.gltf") + " -o crop.exr --crop 12,8,24,16 --seed 9 --spp 4" + kSize)));
+  const Outcome window_differs =
+      here.eikon("bench scene " + scene("cornell.gltf") + kSize + "--crop 0,0,12,8 --ref crop.exr --spp 1");
+  EXPECT_TRUE(refused(window_differs, 3));
+  EXPECT_TRUE(contains(window_differs.err, "begins at 12,8, that of the render at 0,0")) << window_differs.err;
   const Outcome scene_differs =
       here.eikon("bench scene " + scene("cornell_spheres.gltf") + kSize + "--ref ref.exr --spp 1");
   EXPECT_TRUE(refused(scene_differs, 3));
