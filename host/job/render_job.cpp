@@ -92,53 +92,6 @@ Goal RenderJob::make_goal() {
           [this](const Film& film) { return finish_seconds(film); }, log_};
 }
 
-double RenderJob::finish_seconds(const Film& film) {
-  constexpr std::uint32_t kParts = 8, kLeastRows = 32;
-  constexpr double kReserve_s = 0.05;  // for the last units, which may be late, and what the strip does not have
-  const Crop& whole = film.layout().crop;
-  const auto seconds_of = [&](std::uint32_t rows) {
-    const double begin_s = host_seconds();
-    write_trial(film.rows(whole.y0, whole.y0 + rows));
-    return host_seconds() - begin_s;
-  };
-  const std::uint32_t rows = std::min(whole.height(), std::max(whole.height() / kParts, kLeastRows));
-  (void)seconds_of(1);  // the first time, libraries are loaded
-  const double one_s = seconds_of(1), strip_s = std::max(seconds_of(rows), one_s);
-  const double row_s = rows > 1 ? (strip_s - one_s) / (rows - 1) : 0;
-  return one_s + row_s * (whole.height() - 1) + kReserve_s;
-}
-
-void RenderJob::write_trial(const Film& film) {
-  const auto write_and_remove = [](const char* ending, const auto& write) {
-    std::filesystem::path folder;
-    try {
-      folder = make_private_folder("eikon_trial");
-      write(folder / fmt::format("trial{}", ending));
-    } catch (const InputError&) {  // the estimate is then too small, and the render goes on
-    }
-    std::error_code none;
-    if (!folder.empty()) std::filesystem::remove_all(folder, none);
-  };
-  (void)film.predicted_error();
-  if (!options_.stats.empty()) (void)film.mean_radiance();
-  const Metadata metadata = describe_image(prepared_);
-  std::optional<Image> denoised;
-  if (denoiser_) denoised = denoise(film);
-  ExrOptions exr = exr_options();
-  exr.denoised = denoised ? &*denoised : nullptr;
-  write_and_remove(".exr", [&](const auto& file) { write_exr(file, film, metadata, exr); });
-  if (!options_.checkpoint.file.empty())
-    write_and_remove(".exr", [&](const auto& file) {
-      write_exr(file, film, metadata, {.exact_sums = true, .record = {}, .quick = true});
-    });
-  if (options_.png.file.empty()) return;
-  write_and_remove(".png", [&](const auto& file) {
-    PngOptions png = options_.png;
-    png.file = file.string();
-    png.write(to_image(film));
-  });
-}
-
 void RenderJob::end_samples() {
   Settings& settings = prepared_.settings;
   std::uint64_t end = settings.sample_begin;

@@ -34,13 +34,16 @@ Image with_variance(const Film& film, const Image& shown) {
 
 }  // namespace
 
+Json report_picture(const ReportPicture& picture) {
+  return page_picture(
+      with_variance(picture.film, picture.denoised != nullptr ? *picture.denoised : to_image(picture.film)));
+}
+
 void write_report(const std::filesystem::path& path, const Json& stats, const ReportPicture& picture,
                   const Trace& trace) {
-  const Image image =
-      with_variance(picture.film, picture.denoised != nullptr ? *picture.denoised : to_image(picture.film));
   write_text(path,
              report_page({.stats = stats,
-                          .picture = page_picture(image),
+                          .picture = report_picture(picture),
                           .timeline = page_timeline(trace_events(trace)),
                           .look = {{"exposure", picture.look.exposure()}, {"tone", name_of(picture.look.tone_map)}}}));
 }

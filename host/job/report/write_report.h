@@ -16,6 +16,9 @@ struct ReportPicture {
   const PngOptions& look;           // the exposure and tone curve with which the page shows the picture first
 };
 
+/// The picture as the page has it, which is most of the page.
+[[nodiscard]] Json report_picture(const ReportPicture& picture);
+
 /// Writes --report: a page that needs no other file.
 /// trace  after Trace::end()
 /// throws InputError when the file cannot be written
