@@ -137,7 +137,9 @@ void check_outputs(std::vector<BatchJob>& jobs, const std::string& name, const s
   // File -> number of its job, from 1; by path, since replacing a file leaves its hard links alone.
   std::map<fs::path, std::size_t> writers;
   for (const fs::path& file : reserved)
-    if (!file.empty()) writers[place_of(file)] = 0;
+    if (!file.empty() && !writers.emplace(place_of(file), 0).second)
+      throw UsageError(fmt::format(
+          "cannot write {}: the batch itself has another file of that name; choose another name", file.string()));
   FileTable readers;
   std::map<std::string, SceneInputs> scenes;  // by name
   const auto line_of = [&](std::size_t number) { return label_of(jobs[number - 1]); };
@@ -176,6 +178,10 @@ void check_outputs(std::vector<BatchJob>& jobs, const std::string& name, const s
                                          : fmt::format("so does {}; choose another name with -o", line_of(at->second)));
     }
   }
+  for (const fs::path& file : reserved)
+    if (const auto reader = file.empty() ? std::nullopt : readers.find(file))
+      throw UsageError(
+          fmt::format("cannot write {}: {} reads it; choose another name", file.string(), line_of(*reader)));
 }
 
 std::string shortened(const std::string& text) {

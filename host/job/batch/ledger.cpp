@@ -26,6 +26,14 @@ using nlohmann::json;
   throw InputError(fmt::format("{}: {}", path.string(), what));
 }
 
+/// True for the beginning of a ledger's first line, as a power failure leaves it: the line is not on the disk as a whole, or its
+/// place is filled with zeros.
+bool is_begun(std::string_view text) {
+  constexpr std::string_view kBegin = "{\"eikon\":";
+  const std::size_t known = std::min(text.size(), kBegin.size());
+  return text.substr(0, known) == kBegin.substr(0, known) || text.find_first_not_of('\0') == std::string_view::npos;
+}
+
 }  // namespace
 
 std::string to_json(const LedgerEntry& entry) {
@@ -117,7 +125,7 @@ void Ledger::read() {
     else
       ++unreadable_;
   }
-  if (unreadable_ > 0 && last_.empty())
+  if (unreadable_ > 0 && last_.empty() && !(torn_ && is_begun(text)))
     fail(path_, "this is no ledger of a batch, and nothing was added to it; " + advice_);
 }
 

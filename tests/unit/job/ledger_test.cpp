@@ -95,6 +95,18 @@ TEST(Ledger, a_torn_last_line_costs_that_line_alone) {
   }
 }
 
+TEST(Ledger, a_torn_first_line_is_one_that_was_begun) {
+  const TemporaryFolder folder;
+  for (const std::string& text : {std::string("{\"eikon\":\"0.1"), std::string("{\"ei"), std::string(300, '\0')}) {
+    std::ofstream(folder / "l") << text;
+    EXPECT_NO_THROW(Ledger(folder / "l")) << text;
+  }
+  for (const char* text : {"{\"name\":", "{\"eikon\":\n", "d"}) {
+    std::ofstream(folder / "l") << text;
+    EXPECT_THROW(Ledger(folder / "l"), InputError) << text;
+  }
+}
+
 TEST(Ledger, what_is_none_is_refused_and_left_alone) {
   const TemporaryFolder folder;
   std::ofstream(folder / "notes.txt") << "dear diary\n";
