@@ -92,6 +92,13 @@ CommandHelp describe(const CLI::App& app, const std::string& parents, const std:
   return help;
 }
 
+/// CLI11 takes the next word for the value of "--flag=". throws UsageError
+void require_values(const std::vector<std::string>& words) {
+  for (const std::string& word : words)
+    if (word.starts_with("--") && word.find('=') == word.size() - 1)
+      throw UsageError(fmt::format("{} has no value; write it behind the sign, or leave the flag out", word));
+}
+
 }  // namespace
 
 std::string CommandFlags::last_name(const std::string& names) { return names.substr(names.rfind(',') + 1); }
@@ -176,6 +183,7 @@ std::optional<int> parse_command_line(int argc, char** argv, const std::string& 
   CLI::App app;
   set_up_root(app, footer, add_flags);
   std::vector<std::string> words = join_json_dash(argc, argv);
+  require_values(words);
   std::ranges::reverse(words);  // as CLI11 takes them
   try {
     app.parse(std::move(words));
@@ -197,6 +205,7 @@ std::vector<GivenFlag> parse_words(std::vector<std::string> words, const std::fu
   CLI::App app;
   app.set_help_flag();  // a line of a batch cannot ask for help
   add_flags(CommandFlags(app));
+  require_values(words);
   std::ranges::reverse(words);  // as CLI11 takes them
   try {
     app.parse(std::move(words));
