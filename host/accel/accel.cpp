@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <tbb/info.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -119,6 +120,12 @@ std::vector<std::string> accelerator_names() {
   return names;
 }
 
+int arena_size(const AccelOptions& options) {
+  const int all = tbb::info::default_concurrency();
+  return options.threads == 0 || options.threads > static_cast<std::uint32_t>(all) ? all
+                                                                                   : static_cast<int>(options.threads);
+}
+
 Accel build_accel(TriangleSoup triangles, const AccelOptions& options) {
   const auto found = std::ranges::find(kAccelerators, options.accel, &Accelerator::name);
   if (found == kAccelerators.end())
@@ -128,7 +135,7 @@ Accel build_accel(TriangleSoup triangles, const AccelOptions& options) {
     throw UsageError(
         fmt::format("--layout {}: there is no such layout; try {}", options.layout, fmt::join(tree_layouts(), ", ")));
   const auto start = std::chrono::steady_clock::now();
-  tbb::task_arena arena(options.threads == 0 ? tbb::task_arena::automatic : static_cast<int>(options.threads));
+  tbb::task_arena arena(arena_size(options));
   Accel accel = arena.execute([&] {
     Accel built = options.layout == "none" ? layout_none(triangles) : found->build(triangles, options);
     built.stack_size = in_steps(built.stack_size, built.layout);

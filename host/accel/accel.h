@@ -92,6 +92,9 @@ struct AccelOptions {
   const TrianglePoses* poses = nullptr;  // of the triangles of a bvh2, bvh8 or bvh16; the soup has boxes in their place
 };
 
+/// The concurrency of the arena of TBB in which a tree is built: at most the processors, since TBB warns of more on stderr.
+[[nodiscard]] int arena_size(const AccelOptions& options);
+
 /// throws UsageError for an unknown accel or layout. Degenerate triangles (zero area) are left out
 /// of the tree.
 Accel build_accel(TriangleSoup triangles, const AccelOptions& options);

@@ -174,7 +174,7 @@ Accel TreeMemory::tree(TriangleSoup triangles, const AccelOptions& options) {
   }
   if (built != nullptr) {
     const auto start = std::chrono::steady_clock::now();
-    tbb::task_arena arena(options.threads == 0 ? tbb::task_arena::automatic : static_cast<int>(options.threads));
+    tbb::task_arena arena(arena_size(options));
     std::optional<Accel> fitted = arena.execute([&] { return refit(built->tree, triangles); });
     if (fitted && tree_area(*fitted) <= kMostRefitCost * built->area) {
       fitted->build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

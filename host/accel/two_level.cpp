@@ -150,7 +150,7 @@ Accel build_two_level(const TwoLevelScene& scene, const AccelOptions& options) {
         "--accel {} --layout {} has no second level; take bvh with bvh16, bvh8 or bvh2, or --instances flat",
         options.accel, options.layout));
   const auto start = std::chrono::steady_clock::now();
-  tbb::task_arena arena(options.threads == 0 ? tbb::task_arena::automatic : static_cast<int>(options.threads));
+  tbb::task_arena arena(arena_size(options));
   Accel accel = arena.execute([&] { return build(scene, options); });
   accel.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return accel;

@@ -12,7 +12,7 @@
 namespace eikon {
 
 std::string in_words(const PredictedError& error) {
-  if (!error.known) return "predicted relMSE unknown: it takes two samples per pixel";
+  if (!error.known) return "predicted relMSE unknown: it takes two samples of each pixel, one in either half";
   if (std::isfinite(error.hi))
     return fmt::format("predicted relMSE {:.3e} (95 %: {:.3e} to {:.3e})", error.relmse, error.lo, error.hi);
   return error.relmse > 0 ? fmt::format("predicted relMSE at least {:.3e}: no upper end can be stated", error.lo)
