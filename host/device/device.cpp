@@ -361,7 +361,7 @@ void Device::drain() noexcept {
 }
 
 void Device::finish() {
-  impl_->may_fail(Fault::Call::wait, "waiting for the device");
+  impl_->may_fail(Fault::Call::finish, "waiting for the device");
   impl_->check(clFinish(impl_->queue.get()), "waiting for the device");
   if (impl_->beside) impl_->check(clFinish(impl_->beside.get()), "waiting for the device");
   impl_->resolve(impl_->enqueued);

@@ -19,9 +19,10 @@ namespace eikon {
 namespace {
 
 [[noreturn]] void refuse(const std::string& text, const std::string& why) {
-  throw UsageError(fmt::format(
-      "EIKON_FAULT={}: {}; takes device:POSITION[:after=N][:above=N][:times=N][:error|oom|lost|hang|slow=F|wrong|gpu]",
-      text, why));
+  throw UsageError(
+      fmt::format("EIKON_FAULT={}: {}; takes "
+                  "device:POSITION[:after=N][:above=N][:times=N][:error|oom|lost|hang|stall|slow=F|wrong|gpu]",
+                  text, why));
 }
 
 template <class Number>
@@ -33,9 +34,9 @@ Number number(const std::string& text, const std::string& digits) {
 
 void apply(FaultPlan& plan, const std::string& field, const std::string& text) {
   static const std::map<std::string, FaultPlan::Kind> kinds = {
-      {"error", FaultPlan::Kind::error}, {"oom", FaultPlan::Kind::oom},   {"lost", FaultPlan::Kind::lost},
-      {"hang", FaultPlan::Kind::hang},   {"slow", FaultPlan::Kind::slow}, {"wrong", FaultPlan::Kind::wrong},
-      {"gpu", FaultPlan::Kind::gpu}};
+      {"error", FaultPlan::Kind::error}, {"oom", FaultPlan::Kind::oom},     {"lost", FaultPlan::Kind::lost},
+      {"hang", FaultPlan::Kind::hang},   {"stall", FaultPlan::Kind::stall}, {"slow", FaultPlan::Kind::slow},
+      {"wrong", FaultPlan::Kind::wrong}, {"gpu", FaultPlan::Kind::gpu}};
   const std::size_t equals = field.find('=');
   const std::string name = field.substr(0, equals);
   const auto value = [&] { return equals == std::string::npos ? std::string() : field.substr(equals + 1); };
@@ -96,7 +97,7 @@ void Fault::begin_unit(std::uint64_t paths) {
 int Fault::fail(FaultPlan& plan) {
   if (plan.times != std::numeric_limits<std::uint64_t>::max()) --plan.times;
   if (plan.kind == FaultPlan::Kind::lost) lost_ = true;
-  if (plan.kind == FaultPlan::Kind::hang) hung_ = true;
+  if (plan.kind == FaultPlan::Kind::hang || plan.kind == FaultPlan::Kind::stall) hung_ = true;
   return plan.kind == FaultPlan::Kind::lost  ? CL_DEVICE_NOT_AVAILABLE
          : plan.kind == FaultPlan::Kind::oom ? CL_MEM_OBJECT_ALLOCATION_FAILURE
                                              : CL_OUT_OF_RESOURCES;
@@ -111,10 +112,12 @@ int Fault::at(Call call) {
     for (FaultPlan& plan : plans_) {
       const bool early = !plan.after && ((plan.kind == FaultPlan::Kind::lost && call == Call::open) ||
                                          (plan.kind == FaultPlan::Kind::oom && call == Call::allocate));
-      const bool in_unit = first_launch && units_ > plan.after.value_or(0) && paths_ > plan.above;
+      const bool stalls = plan.kind == FaultPlan::Kind::stall;
+      const bool between = stalls && call == Call::finish && units_ >= plan.after.value_or(0);
+      const bool in_unit = !stalls && first_launch && units_ > plan.after.value_or(0) && paths_ > plan.above;
       const bool fails = plan.kind != FaultPlan::Kind::slow && plan.kind != FaultPlan::Kind::wrong &&
                          plan.kind != FaultPlan::Kind::gpu;
-      if (fails && code == CL_SUCCESS && plan.times > 0 && (early || in_unit)) code = fail(plan);
+      if (fails && code == CL_SUCCESS && plan.times > 0 && (early || in_unit || between)) code = fail(plan);
     }
   }
   if (hung_) hang();

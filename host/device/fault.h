@@ -12,6 +12,8 @@
 //             lost    every call fails, and so does opening the device again; without `after`, it
 //                     cannot even be opened once
 //             hang    the call that launches the unit never returns, and neither does any later one
+//             stall   the same between units: the call that waits for all of the device's work, of which
+//                     opening has some, never returns
 //             slow=F  everything takes F times as long; after, above and times do not apply
 //             wrong   one bit of each transfer from the device is wrong
 //             gpu     no fault: a CPU device is treated like a GPU
@@ -31,7 +33,7 @@
 namespace eikon {
 
 struct FaultPlan {
-  enum class Kind { error, oom, lost, hang, slow, wrong, gpu };
+  enum class Kind { error, oom, lost, hang, stall, slow, wrong, gpu };
   std::uint32_t device = 0;  // position among those selected
   Kind kind = Kind::error;
   std::optional<std::uint64_t> after;                               // work units
@@ -47,7 +49,8 @@ struct FaultPlan {
 /// devices, so that a lost device stays lost. Any number of threads may call it.
 class Fault {
  public:
-  enum class Call { open, allocate, launch, transfer, wait };
+  /// finish: waits for all work, where wait needs only some
+  enum class Call { open, allocate, launch, transfer, wait, finish };
 
   explicit Fault(std::vector<FaultPlan> plans);
   /// The device is to be treated like a GPU.

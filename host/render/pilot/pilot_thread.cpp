@@ -78,7 +78,8 @@ class PilotWork : public PilotSteps {
   void end_unit() override {
     const std::lock_guard lock(mutex_);
     done_paths_ += paths_;
-    done_s_ += host_seconds() - since_s_;
+    const double now_s = host_seconds();
+    done_s_ += now_s - std::exchange(since_s_, now_s);
     paths_ = 0;
   }
 
@@ -112,16 +113,19 @@ class PilotWork : public PilotSteps {
   /// Returns true if the device hangs, and then says in why_ what it was doing.
   [[nodiscard]] bool is_late(double now_s) {
     const double gap_s = now_s - std::exchange(looked_s_, now_s);
-    if (is_open_ && paths_ == 0) return false;  // the host is at work
     const double watchdog_s = execution_.watchdog_s;
+    // Beside units the device gets tables and the host learns from what was found. That takes far less than a unit of
+    // unknown duration may.
     std::optional<double> expected_s;
-    if (done_paths_ > 0) expected_s = done_s_ * double(paths_) / double(done_paths_);
+    if (paths_ > 0 && done_paths_ > 0) expected_s = done_s_ * double(paths_) / double(done_paths_);
     const double limit_s = is_open_ ? DeviceSessions::unit_limit_s(watchdog_s, expected_s)
                                     : DeviceSessions::kOpeningWatchdogs * watchdog_s;
     const double seconds = phase_.seconds(since_s_, now_s, gap_s);
     if (seconds <= limit_s) return false;
-    why_ = fmt::format("{} did not end within {:.3g} s: it was given up",
-                       is_open_ ? "a unit of the pilot" : "opening it", seconds);
+    const char* const what = !is_open_    ? "opening it"
+                             : paths_ > 0 ? "a unit of the pilot"
+                                          : "the pilot's work beside its units";
+    why_ = fmt::format("{} did not end within {:.3g} s: it was given up", what, seconds);
     return true;
   }
 
@@ -131,7 +135,7 @@ class PilotWork : public PilotSteps {
   std::mutex mutex_;  // guards all below
   std::condition_variable changed_;
   bool is_open_ = false, ended_ = false, unwanted_ = false, lost_ = false;
-  double since_s_, looked_s_;  // begin of opening, or of the unit; the last look
+  double since_s_, looked_s_;  // begin of opening, of the unit, or of the time after it; the last look
   WatchedPhase phase_;
   std::uint64_t paths_ = 0, done_paths_ = 0;  // of the unit under way, 0 while there is none; of those before
   double done_s_ = 0;

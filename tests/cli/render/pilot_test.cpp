@@ -152,6 +152,15 @@ TEST(PilotUnderWay, a_device_that_hangs_in_it_is_given_up) {
   EXPECT_TRUE(here.files().empty());
 }
 
+TEST(PilotUnderWay, a_device_that_hangs_between_its_units_is_given_up) {
+  const Workplace here;
+  const Outcome outcome =
+      here.eikon(whole("-o out.exr"), "EIKON_WATCHDOG=0.5 EIKON_FAULT=device:0:stall:after=4 timeout 60");
+  EXPECT_TRUE(refused(outcome, kDevice)) << outcome.code << outcome.out;
+  EXPECT_TRUE(contains(outcome.err, "the pilot's work beside its units did not end within")) << outcome.err;
+  EXPECT_TRUE(here.files().empty());
+}
+
 TEST(PilotUnderWay, another_device_takes_over_from_one_that_hangs_or_is_lost) {
   const Workplace here;
   const std::string cores = "POCL_MAX_PTHREAD_COUNT=2 EIKON_WATCHDOG=2 ";

@@ -96,6 +96,16 @@ TEST(Fault, memory_runs_out_at_allocation) {
   EXPECT_EQ(fault.at(Call::allocate), CL_MEM_OBJECT_ALLOCATION_FAILURE);
 }
 
+TEST(Fault, a_device_may_hang_between_units) {
+  const std::vector<FaultPlan> plans = parse_faults("device:0:stall:after=3");
+  ASSERT_EQ(plans.size(), 1U);
+  EXPECT_EQ(plans[0].kind, FaultPlan::Kind::stall);
+  EXPECT_EQ(units_that_fail("device:0:stall", 2), (std::vector<bool>{false, false}));
+  Fault fault(parse_faults("device:0:stall:after=1"));
+  for (const Call call : {Call::open, Call::allocate, Call::transfer, Call::wait, Call::launch, Call::finish})
+    EXPECT_EQ(fault.at(call), CL_SUCCESS);
+}
+
 TEST(Fault, a_lost_device_stays_lost) {
   Fault at_once(parse_faults("device:0:lost"));
   EXPECT_EQ(at_once.at(Call::open), CL_DEVICE_NOT_AVAILABLE);
