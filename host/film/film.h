@@ -93,6 +93,9 @@ struct UnitSums {
   std::uint64_t light_paths = 0;
 };
 
+/// The memory that Film::predicted_error() takes.
+inline constexpr std::uint64_t kErrorBytesPerPixel = 2 * sizeof(double);
+
 /// The relative mean squared error of the image, predicted from the spread between replicates, and
 /// its 95 % confidence interval.
 struct PredictedError {

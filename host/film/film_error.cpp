@@ -308,7 +308,9 @@ class PixelErrors {
     uncertain.of_disputed += part.correction;
   }
 
-  Plane error_, disputed_;  // what would be taken away if pixels that are bright in one replicate were lamps
+  // kErrorBytesPerPixel: a number in each, the latter of what would be taken away if pixels that are bright in one
+  // replicate were lamps.
+  Plane error_, disputed_;
   std::vector<Uncertainty> rows_;  // each row has its own, which one thread adds to
   double own_share_;
   bool has_pairs_;

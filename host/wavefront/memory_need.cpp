@@ -89,13 +89,16 @@ std::uint64_t film_bytes(const FilmLayout& layout) {
 }
 
 void require_host_memory(const FilmLayout& layout, bool copied, std::uint64_t packed_bytes, const HostLimits& host) {
-  const std::uint64_t film = film_bytes(layout) * (copied ? 2 : 1);
-  if (host.memory_bytes == 0 || film + packed_bytes <= host.memory_bytes) return;
-  throw DeviceError(fmt::format(
-      "the image does not fit the memory that this process may use: the film{} {}, the scene {}; there is {} ({}); "
-      "render it in parts (--crop) or smaller (--size)",
-      copied ? " and its copy for checkpoints" : "", megabytes(film), megabytes(packed_bytes),
-      megabytes(host.memory_bytes), host.memory_why));
+  // The copy, which is the larger one, is gone before the error is predicted.
+  const std::uint64_t film = film_bytes(layout), error = layout.crop.pixel_count() * kErrorBytesPerPixel,
+                      all = film + (copied ? film : error);
+  if (host.memory_bytes == 0 || all + packed_bytes <= host.memory_bytes) return;
+  throw DeviceError(
+      fmt::format("the image does not fit the memory that this process may use: the film and {} {}, the scene {}; "
+                  "there is {} ({}); "
+                  "render it in parts (--crop) or smaller (--size)",
+                  copied ? "its copy for checkpoints" : "the prediction of its error", megabytes(all),
+                  megabytes(packed_bytes), megabytes(host.memory_bytes), host.memory_why));
 }
 
 void require_memory(const MemoryNeed& need, const DeviceInfo& device, const Execution& execution) {

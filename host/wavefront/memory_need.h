@@ -50,8 +50,8 @@ struct UnitRoom {
 /// Bytes that a film of this layout takes on the host.
 [[nodiscard]] std::uint64_t film_bytes(const FilmLayout& layout);
 
-/// Checks that the film, its copy for checkpoints, and the packed scene fit the memory that this
-/// process may use. Without this a control group would kill it during the render. throws
+/// Checks that the film, with its copy for checkpoints or else the prediction of its error, and the packed scene fit the
+/// memory that this process may use. Without this a control group would kill it during the render. throws
 /// DeviceError if they do not
 void require_host_memory(const FilmLayout& layout, bool copied, std::uint64_t packed_bytes, const HostLimits& host);
 
