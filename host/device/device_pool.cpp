@@ -18,6 +18,8 @@ struct DevicePool::Lease::Idle {
     std::unique_ptr<Device> device;
     std::unique_ptr<DeviceGuest> guest;  // destroyed before the device
   };
+  explicit Idle(std::shared_ptr<Selections> of) : selections(std::move(of)) {}
+  const std::shared_ptr<Selections> selections;
   std::mutex mutex;
   std::vector<Kept> devices;
 };
@@ -34,6 +36,13 @@ struct DevicePool::Selections {
   std::mutex mutex;
   std::map<std::pair<std::string, unsigned>, Selected> selected;
   std::vector<Lost> lost;
+  std::vector<std::weak_ptr<Lease::Idle>> pools;  // which are siblings
+
+  void add(const std::shared_ptr<Lease::Idle>& pool) {
+    const std::lock_guard lock(mutex);
+    std::erase_if(pools, [](const auto& known) { return known.expired(); });
+    pools.push_back(pool);
+  }
 };
 
 namespace {
@@ -64,9 +73,34 @@ DevicePool::Lease::~Lease() {
   pool_->devices.push_back({std::move(device_), std::move(guest_)});
 }
 
+void DevicePool::Lease::hold_idle_to(std::uint64_t bytes) {
+  std::vector<std::weak_ptr<Idle>> pools;
+  {
+    const std::lock_guard lock(pool_->selections->mutex);
+    pools = pool_->selections->pools;
+  }
+  std::vector<Idle::Kept> closed;  // when no pool is locked
+  std::uint64_t held = 0;
+  for (const std::weak_ptr<Idle>& one : pools) {
+    const std::shared_ptr<Idle> pool = one.lock();
+    if (pool == nullptr) continue;
+    const std::lock_guard lock(pool->mutex);
+    std::erase_if(pool->devices, [&](Idle::Kept& kept) {
+      if (kept.guest == nullptr || kept.device->info().index != device_->info().index) return false;
+      const std::uint64_t own = kept.guest->device_bytes();
+      const bool closes = own > 0 && held + own > bytes;
+      if (closes) closed.push_back(std::move(kept));
+      held += closes ? 0 : own;
+      return closes;
+    });
+  }
+}
+
 DevicePool::DevicePool() : DevicePool(std::make_shared<Selections>()) {}
 DevicePool::DevicePool(std::shared_ptr<Selections> selections)
-    : selections_(std::move(selections)), idle_(std::make_shared<Lease::Idle>()) {}
+    : selections_(std::move(selections)), idle_(std::make_shared<Lease::Idle>(selections_)) {
+  selections_->add(idle_);
+}
 DevicePool DevicePool::sibling() const { return DevicePool(selections_); }
 
 DevicePool::Lease DevicePool::take(const DeviceInfo& info) {

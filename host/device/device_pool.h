@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Keeps devices open from one render to the next, with the programs that they have compiled.
 #pragma once
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -16,6 +17,8 @@ struct DeviceGuest {
   DeviceGuest(const DeviceGuest&) = delete;
   DeviceGuest& operator=(const DeviceGuest&) = delete;
   virtual ~DeviceGuest() = default;
+  /// Memory of the device that it holds.
+  [[nodiscard]] virtual std::uint64_t device_bytes() const { return 0; }
 };
 
 /// Copies share one pool.
@@ -34,6 +37,8 @@ class DevicePool {
     Device* operator->() const { return device_.get(); }
     /// The guest that an earlier lease left, if any; the holder may replace it.
     [[nodiscard]] std::unique_ptr<DeviceGuest>& guest() { return guest_; }
+    /// Closes idle devices of this pool and its siblings until guests on the same hardware hold at most so many bytes.
+    void hold_idle_to(std::uint64_t bytes);
     /// The device failed, so it does not go back to the pool.
     void discard() { broken_ = true; }
 

@@ -76,7 +76,7 @@ void make_ready(Work& work) {
     // All contexts of a CPU device may share one queue, where commands would wait for each unit
     // that is under way. So nothing is uploaded to a CPU device; its programs are compiled.
     if (!info.cpu)
-      (void)ReadyWavefronts::of(lease).get(*lease, image.packed, image.features, image.settings, own);
+      (void)ReadyWavefronts::of(lease).get(lease, image.packed, image.features, image.settings, own);
     else if (!ReadyWavefronts::of(lease).has_program(*image.packed, image.features, image.settings, own))
       Wavefront::compile_ahead(*lease, *image.packed, image.features, own);
   }

@@ -155,7 +155,7 @@ class WavefrontRunner : public UnitRunner {
         pool_(devices.pool),
         lease_(open(devices.devices[device])),
         stay_(devices.stay),
-        wavefront_(ReadyWavefronts::of(lease_).get(*lease_, devices.packed, devices.features, devices.settings,
+        wavefront_(ReadyWavefronts::of(lease_).get(lease_, devices.packed, devices.features, devices.settings,
                                                    on_track(std::move(execution)))) {
     if (needs_its_thread()) trace_.add_beside(lease_->info());
   }

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "wavefront/memory_need.h"
+
 namespace eikon {
 namespace {
 
@@ -42,18 +44,28 @@ bool ReadyWavefronts::is_last_holder(const SharedScene& scene) const {
   return scene.use_count() <= std::ranges::count_if(ready_, [&](const Ready& ready) { return ready.scene == scene; });
 }
 
-void ReadyWavefronts::make_room(const Device& device, const Execution& execution) {
-  for (auto at = ready_.begin(); at != ready_.end();)
-    at = is_last_holder(at->scene) ? ready_.erase(at) : std::next(at);
-  const auto bytes = [this] {
-    std::uint64_t sum = 0;
-    for (const Ready& ready : ready_) sum += ready.wavefront->device_bytes();
-    return sum;
-  };
+std::uint64_t ReadyWavefronts::device_bytes() const {
+  std::uint64_t sum = 0;
+  for (const Ready& ready : ready_) sum += ready.wavefront->device_bytes();
+  return sum;
+}
+
+/// Gives up what is not worth its memory while another wavefront is made.
+void ReadyWavefronts::leave_few(const Device& device, const Execution& execution) {
+  for (auto at = ready_.begin(); at != ready_.end();) at = is_last_holder(at->scene) ? ready_.erase(at) : std::next(at);
   // A memory limit is meant for one render.
   const std::size_t most = execution.memory_bytes != 0 ? 0 : kMost - 1;
-  while (ready_.size() > most || (!ready_.empty() && bytes() > device.info().memory_bytes / kMemoryParts))
+  while (ready_.size() > most || (!ready_.empty() && device_bytes() > device.info().memory_bytes / kMemoryParts))
     ready_.pop_front();
+}
+
+/// Gives up what has no room on the device beside a wavefront that needs so many bytes: its units were sized as if it were
+/// alone.
+void ReadyWavefronts::make_room(DevicePool::Lease& lease, std::uint64_t need, const Execution& execution) {
+  const std::uint64_t available = available_bytes(lease->info(), execution),
+                      room = available - std::min(available, need);
+  while (!ready_.empty() && device_bytes() > room) ready_.pop_front();
+  lease.hold_idle_to(room - device_bytes());
 }
 
 std::list<ReadyWavefronts::Ready>::iterator ReadyWavefronts::find_fitting(const Device& device, const std::string& key,
@@ -75,8 +87,9 @@ bool ReadyWavefronts::has_program(const PackedScene& packed, const Features& fea
   });
 }
 
-Wavefront& ReadyWavefronts::get(Device& device, const SharedScene& scene, const Features& features,
+Wavefront& ReadyWavefronts::get(DevicePool::Lease& lease, const SharedScene& scene, const Features& features,
                                 const Settings& settings, const Execution& execution) {
+  Device& device = *lease;
   const std::string key = key_of(features, settings, execution);
   const auto found = std::find_if(ready_.begin(), ready_.end(),
                                   [&](const Ready& ready) { return ready.scene == scene && ready.key == key; });
@@ -85,14 +98,18 @@ Wavefront& ReadyWavefronts::get(Device& device, const SharedScene& scene, const 
     found->wavefront->restart(settings, execution);
     return *found->wavefront;
   }
+  const std::uint64_t need = memory_need(*scene, configure(device.info(), execution), features, settings).total() +
+                             (settings.guide != nullptr ? settings.guide->bytes() : 0);
   if (const auto fitting = find_fitting(device, key, *scene, features, execution); fitting != ready_.end()) {
     std::list<Ready> one;  // which is lost with its wavefront after an error
     one.splice(one.end(), ready_, fitting);
+    make_room(lease, need, execution);
     one.front().wavefront->change_scene(*scene, features, settings, execution);
     one.front().scene = scene;
     ready_.splice(ready_.end(), one);
   } else {
-    make_room(device, execution);
+    leave_few(device, execution);
+    make_room(lease, need, execution);
     ready_.push_back({scene, key, std::make_unique<Wavefront>(device, *scene, features, settings, execution)});
   }
   return *ready_.back().wavefront;

@@ -24,13 +24,15 @@ class ReadyWavefronts : public DeviceGuest {
   [[nodiscard]] static ReadyWavefronts& of(DevicePool::Lease& lease);
   /// A wavefront for an image. It is restarted if a render of the same scene with the same needs
   /// left one, takes the scene if it fits one that is not needed any more, and is made else. It lives as long as the
-  /// lease, or until the next call. throws DeviceError
-  Wavefront& get(Device& device, const SharedScene& scene, const Features& features, const Settings& settings,
+  /// lease, or until the next call. Others that have room beside it stay, here and with idle devices. throws DeviceError
+  /// lease  of these wavefronts
+  Wavefront& get(DevicePool::Lease& lease, const SharedScene& scene, const Features& features, const Settings& settings,
                  const Execution& execution);
   /// True if get() would find a wavefront that has the program.
   [[nodiscard]] bool has_program(const PackedScene& packed, const Features& features,
                                  const Settings& settings, const Execution& execution) const;
   [[nodiscard]] std::size_t count() const { return ready_.size(); }
+  [[nodiscard]] std::uint64_t device_bytes() const override;
 
  private:
   struct Ready {
@@ -45,7 +47,8 @@ class ReadyWavefronts : public DeviceGuest {
   [[nodiscard]] std::list<Ready>::iterator find_fitting(const Device& device, const std::string& key,
                                                         const PackedScene& packed, const Features& features,
                                                         const Execution& execution);
-  void make_room(const Device& device, const Execution& execution);
+  void leave_few(const Device& device, const Execution& execution);
+  void make_room(DevicePool::Lease& lease, std::uint64_t need, const Execution& execution);
 };
 
 }  // namespace eikon

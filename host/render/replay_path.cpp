@@ -34,7 +34,7 @@ ReplayedSample replay_path(const ReadyScene& scene, const Settings& settings, co
           guided);
   }
   guided.crop = {sample.x, sample.y, sample.x + 1, sample.y + 1};  // so that the pixel's unit has all light paths
-  Wavefront& wavefront = ReadyWavefronts::of(device).get(*device, scene.packed, features, guided, small);
+  Wavefront& wavefront = ReadyWavefronts::of(device).get(device, scene.packed, features, guided, small);
   return wavefront.replay(sample.x, sample.y, sample.sample, report);
 }
 

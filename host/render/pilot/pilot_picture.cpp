@@ -44,7 +44,7 @@ Settings pilot_picture_settings(const Settings& settings, double pixels) {
 
 PilotPicture::PilotPicture(const PilotMeans& means, const Settings& settings, std::uint64_t largest)
     : settings_(settings), execution_(with_pool(means, settings, largest)), steps_(means.steps) {
-  wavefront_ = &ReadyWavefronts::of(means.device).get(*means.device, means.scene, means.features, settings_, execution_);
+  wavefront_ = &ReadyWavefronts::of(means.device).get(means.device, means.scene, means.features, settings_, execution_);
 }
 
 void PilotPicture::restart(const Settings& settings) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The memory that units take on a device, against what is said of it beforehand.
+#include "render/ready_wavefronts.h"
 #include "render/scene_builder.h"
 #include "wavefront/buffers.h"
 #include "wavefront/memory_need.h"
@@ -40,6 +41,58 @@ TEST(UnitMemory, a_replay_takes_that_of_few_paths) {
   execution.memory_bytes = memory_need(packed, configure(info, execution), features, settings).total() / 2;
   EXPECT_THROW((void)output_of(scene, settings, execution), DeviceError);
   EXPECT_EQ(radiance(), expected);
+}
+
+TEST(UnitMemory, of_kept_wavefronts_is_given_up_where_the_next_one_needs_it) {
+  const auto [scene, settings] = room(16, 16, 1);
+  const Features features(scene, settings);
+  Execution small = as_tested({});
+  small.chunked = true, small.layout = "bvh8", small.unit_paths = 1U << 10;
+  Execution large = small;
+  large.unit_paths = 1U << 19;
+  const auto packed = std::make_shared<PackedScene>(pack_scene(scene, features, settings));
+  add_accel(*packed, "bvh", "bvh8", 1);
+  DeviceInfo info = open_devices->pool.select(small.devices, 0, nullptr).front();
+  const std::uint64_t need = memory_need(*packed, configure(info, large), features, settings).total();
+  const auto kept = [&, &settings = settings](std::uint64_t memory_bytes) {
+    info.memory_bytes = memory_bytes;
+    DevicePool pool;
+    DevicePool::Lease lease = pool.take(info);
+    ReadyWavefronts& ready = ReadyWavefronts::of(lease);
+    const std::uint64_t before = ready.get(lease, packed, features, settings, small).device_bytes();
+    EXPECT_LE(before, need / 8) << "so little is kept where there is room";
+    (void)ready.get(lease, packed, features, settings, large);
+    return std::pair(ready.count() - 1, before);
+  };
+  const auto [beside, bytes] = kept(2 * need);
+  EXPECT_EQ(beside, 1U);
+  EXPECT_EQ(kept(need + bytes).first, 1U);
+  EXPECT_EQ(kept(need + bytes - 1).first, 0U);
+}
+
+TEST(UnitMemory, of_wavefronts_with_idle_devices_is_given_up_too) {
+  const auto [scene, settings] = room(16, 16, 1);
+  const Features features(scene, settings);
+  Execution execution = as_tested({});
+  execution.chunked = true, execution.layout = "bvh8", execution.unit_paths = 1U << 10;
+  const auto packed = std::make_shared<PackedScene>(pack_scene(scene, features, settings));
+  add_accel(*packed, "bvh", "bvh8", 1);
+  DeviceInfo info = open_devices->pool.select(execution.devices, 0, nullptr).front();
+  const std::uint64_t need = memory_need(*packed, configure(info, execution), features, settings).total();
+  const auto idle_beside = [&, &settings = settings](std::uint64_t memory_bytes) {
+    DevicePool before, now = before.sibling();
+    std::uint64_t bytes = 0;
+    info.memory_bytes = memory_bytes;
+    for (DevicePool* const pool : {&before, &now}) {
+      DevicePool::Lease lease = pool->take(info);
+      bytes = ReadyWavefronts::of(lease).get(lease, packed, features, settings, execution).device_bytes();
+    }
+    return std::pair(before.idle_count(), bytes);
+  };
+  const auto [beside, bytes] = idle_beside(3 * need);
+  EXPECT_EQ(beside, 1U);
+  EXPECT_EQ(idle_beside(need + bytes).first, 1U);
+  EXPECT_EQ(idle_beside(need + bytes - 1).first, 0U);
 }
 
 }  // namespace
