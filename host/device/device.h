@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/error.h"
 #include "device/profiler.h"
 
 namespace eikon {
@@ -64,6 +65,11 @@ std::vector<DeviceInfo> list_devices(unsigned threads = 0);
 /// is no platform or device, or when an entry names nothing
 std::vector<DeviceInfo> select_devices(const std::string& selection, unsigned threads = 0,
                                        std::vector<std::string>* notes = nullptr);
+
+/// A device's compiler does not take the kernels. Another attempt would end alike.
+struct CompileError : DeviceError {
+  using DeviceError::DeviceError;
+};
 
 class Device;
 
@@ -158,7 +164,7 @@ class Device {
 
   /// Compiles one text (kernel_text()) with the options of our dialect. The last few programs are
   /// kept, so building one of them again costs nothing.
-  /// throws DeviceError with the compiler's first error, the device and the defines
+  /// throws CompileError with the compiler's first error, the device and the defines; DeviceError
   Program build(const std::string& text, const ProgramOptions& options);
 
   /// Allocates uninitialised memory. throws DeviceError with the size and the memory of the device

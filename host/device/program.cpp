@@ -140,7 +140,7 @@ std::shared_ptr<Program::Impl> build_program(cl_context context, cl_device_id de
     clGetProgramBuildInfo(impl->program.get(), device, CL_PROGRAM_BUILD_LOG, 0, nullptr, &size);
     std::string log(size, '\0');
     clGetProgramBuildInfo(impl->program.get(), device, CL_PROGRAM_BUILD_LOG, size, log.data(), nullptr);
-    throw DeviceError(fmt::format(
+    throw CompileError(fmt::format(
         "the kernels do not compile on device '{}': {}; defines that are not 0:{}; try another device (--devices)",
         info.name, first_error(log), not_zero));
   }

@@ -187,7 +187,7 @@ void DeviceSessions::count_time(std::size_t device, double now_s) {
   report.busy_s = session.busy_before_s + now_s - session.range_begin_s;
 }
 
-bool DeviceSessions::failed(std::size_t device, const std::string& why) {
+bool DeviceSessions::failed(std::size_t device, const std::string& why, bool lasts) {
   const std::lock_guard lock(mutex_);
   Session& session = sessions_[device];
   if (session.lost) return false;
@@ -197,7 +197,7 @@ bool DeviceSessions::failed(std::size_t device, const std::string& why) {
   session.successes = 0;
   session.why = why;
   // Opening may have failed for want of memory, so it gets one more try with smaller units.
-  const unsigned most = session.was_open ? kMostFailuresInARow : 2;
+  const unsigned most = lasts ? 1 : session.was_open ? kMostFailuresInARow : 2;
   const bool again = ++session.failures_in_a_row < most && ++session.failures < kMostFailures && !ended_ && !error_;
   if (again) {
     if (++session.noted <= kMostFailureEvents)

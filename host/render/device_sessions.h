@@ -43,8 +43,9 @@ class DeviceSessions {
   /// Adds a unit's sums to the film, unless another device was first.
   void finished(std::size_t device, const Schedule::Assignment& assignment, const UnitResult& result);
   /// The device threw a DeviceError: its units go to other devices, and it is to be closed.
+  /// lasts    another attempt would end alike
   /// returns  whether it is to be opened again, for smaller units
-  [[nodiscard]] bool failed(std::size_t device, const std::string& why);
+  [[nodiscard]] bool failed(std::size_t device, const std::string& why, bool lasts = false);
   /// An error that no device caused ends the render.
   void broke(std::exception_ptr error);
   /// The device is about to be closed; `totals` has its stages, gaps and bounces.

@@ -105,7 +105,8 @@ bool serve(DeviceSessions& sessions, std::size_t device, const OpenRunner& open,
       sessions.closing(device, describe());
     }
     shrink.failed();
-    const bool again = sessions.failed(device, error.what());
+    const bool lasts = dynamic_cast<const CompileError*>(&error) != nullptr;
+    const bool again = sessions.failed(device, error.what(), lasts);
     runner.reset();  // the watchdog counts this as closing
     return again;
   }

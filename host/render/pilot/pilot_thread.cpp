@@ -232,6 +232,9 @@ void prepare_pilot(WavefrontDevices& devices, std::vector<DeviceReport>& prepare
         failed(i, error);
         prepared[i].error = error.what();
         devices.pool.abandon(devices.devices[i], error.what());
+      } catch (const CompileError& error) {
+        failed(i, error);
+        break;
       } catch (const DeviceError& error) {
         failed(i, error);
       }

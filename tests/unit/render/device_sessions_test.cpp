@@ -203,6 +203,19 @@ TEST(DeviceSessions, a_device_that_cannot_be_opened_is_dropped) {
   EXPECT_EQ(outcome.devices[0].error, "it is broken");
 }
 
+TEST(DeviceSessions, a_device_that_does_not_compile_the_kernels_is_opened_once) {
+  auto two = devices(2);
+  int opened = 0;
+  (*two)[0].open = [&opened](unsigned) {
+    ++opened;
+    throw CompileError("the kernels do not compile");
+  };
+  const Outcome outcome = run(two);
+  EXPECT_EQ(outcome.state, DeviceSessions::State::done);
+  EXPECT_EQ(opened, 1);
+  EXPECT_TRUE(outcome.has(0, DeviceEvent::Kind::dropped));
+}
+
 TEST(DeviceSessions, when_all_devices_fail_what_is_done_stays) {
   auto two = devices(2);
   for (FakeDevice& device : *two)
