@@ -236,7 +236,10 @@ cl_device_id part_of_device(cl_device_id whole, const DeviceInfo& info) {
 
 ClDevice open_device(const DeviceInfo& info) {
   const std::vector<cl_device_id> devices = enumerate_devices();
-  if (info.index >= devices.size()) throw DeviceError(fmt::format("device {} has disappeared", info.index));
+  // The loader of OpenCL finds platforms and devices once for the whole process, so what has this index is still the same.
+  if (info.index >= devices.size())
+    throw DeviceError(fmt::format("device {} '{}' has disappeared: drivers list {} devices now; see `eikon devices`",
+                                  info.index, info.name, devices.size()));
   const cl_device_id whole = devices[info.index];
   if (info.whole() || !info.divisible) return ClDevice(whole);
   const cl_device_id part = part_of_device(whole, info);

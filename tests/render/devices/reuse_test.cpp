@@ -133,6 +133,18 @@ TEST(Reuse, a_render_without_times_is_the_same_but_for_them) {
             outputs[1].report.devices[0].stages.at("film").launches);
 }
 
+TEST(Reuse, a_device_that_is_gone_is_named) {
+  DeviceInfo gone = select_devices("all").front();
+  gone.index += 1000, gone.name = "toaster";
+  try {
+    const Device device(gone);
+    ADD_FAILURE() << "there is none of that index";
+  } catch (const DeviceError& error) {
+    EXPECT_NE(std::string(error.what()).find("'toaster' has disappeared"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("eikon devices"), std::string::npos) << error.what();
+  }
+}
+
 TEST(Reuse, a_device_comes_back_unless_it_failed) {
   const DeviceInfo info = select_devices("all").front();
   DevicePool devices;
