@@ -15,6 +15,7 @@ import argparse
 import json
 import math
 import pathlib
+import shlex
 import statistics
 import subprocess
 import sys
@@ -47,14 +48,17 @@ def measured(eikon, folder, scene, size, spp, seeds, reference):
     """[(true relMSE of the image, predicted, lo, hi)] of each seed."""
     names = [f"{spp}.{seed}" for seed in range(seeds)]
     jobs = folder / f"{spp}.jobs"
-    jobs.write_text("".join(f"render {scene} -o {name}.exr --stats {name}.json --size {size} --spp {spp} --seed {seed}\n"
+    jobs.write_text("".join(f"render {shlex.quote(str(scene))} -o {name}.exr --stats {name}.json --size {size} --spp {spp} --seed {seed}\n"
                             for seed, name in enumerate(names)))
     run(eikon, "batch", jobs, "--quiet")
     results = []
     for name in names:
         error = json.loads(run(eikon, "compare", folder / f"{name}.exr", reference, "--json"))["relmse"]
         stats = json.loads((folder / f"{name}.json").read_text())
-        low, high = find(stats, "relmse_interval")
+        interval = find(stats, "relmse_interval")
+        if interval is None:
+            sys.exit(f"coverage.py: {scene.name} at {spp} samples: no error is predicted; it takes two samples per pixel")
+        low, high = interval
         results.append((error, find(stats, "relmse_predicted"), low, math.inf if high is None else high))
     return results
 

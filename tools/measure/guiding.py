@@ -86,8 +86,8 @@ def measure(eikon, scene, size, options):
         pilot = stats("auto")["pilot"]
         if pilot is None and not options.all:
             return without_gain(scene, size, "no pilot", None)
-        if options.decided and not pilot["roulette_depth"]:
-            return without_gain(scene, size, "off", pilot["gain"])
+        if options.decided and not (pilot and pilot["roulette_depth"]):
+            return without_gain(scene, size, "off", pilot and pilot["gain"])
         (folder / "asked").write_text(job("on", "on", 1, 0))
         run(eikon, "batch", folder / "asked", "--quiet")
         asked = stats("on")["pilot"]

@@ -98,7 +98,7 @@ def adjust_materials(root):
 
 
 def set_environment(root, folder, text, scale, rotate_deg):
-    """The environment named by --env, else the scene's extras.environment; a neutral 1 where nothing shines at all."""
+    """The environment named by --env, else the scene's extras.environment; black where neither is given."""
     entry = root["scenes"][root.get("scene", 0)].get("extras", {}).get("environment", {})
     if text is not None:
         try:

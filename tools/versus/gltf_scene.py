@@ -286,12 +286,26 @@ def _part(file, name, primitive, world):
     return Part(name, positions, normals, uv, tangents, triangles, _material(file, index), index)
 
 
+def _refuse_unread(root, node, user):
+    """Raises ValueError when a node has what decides its place or its form, and is not read here."""
+    unknown = set(node.get("extensions", {})) - {"KHR_lights_punctual"}
+    if unknown and "mesh" not in node:  # beside a mesh they describe the same, for those that know them
+        raise ValueError(f"node {user}: {', '.join(sorted(unknown))} has no counterpart here")
+    if "EXT_mesh_gpu_instancing" in unknown:
+        raise ValueError(f"node {user}: instances are not read here")
+    mesh = root["meshes"][node["mesh"]] if "mesh" in node else {"primitives": []}
+    if "skin" in node or any("targets" in primitive for primitive in mesh["primitives"]):
+        raise ValueError(f"node {user}: skins and morph targets are not read here")
+
+
 def load(path):
     """The default scene of a .gltf or .glb file. Raises ValueError naming what cannot be carried over."""
     file = _File(pathlib.Path(path))
     root = file.root
     chosen = root["scenes"][root.get("scene", 0)]
     scene = Scene([], None, _environment(file, chosen), [])
+    if root.get("animations"):
+        raise ValueError("animations are not read here")
     stack = [(index, np.eye(4)) for index in reversed(chosen["nodes"])]
     while stack:
         index, parent = stack.pop()
@@ -304,6 +318,7 @@ def load(path):
         light = node.get("extensions", {}).get("KHR_lights_punctual", {}).get("light")
         if light is not None:
             scene.lights.append(_light(file, light, world))
+        _refuse_unread(root, node, node.get("name", index))
         if "mesh" in node:
             for number, primitive in enumerate(root["meshes"][node["mesh"]]["primitives"]):
                 scene.parts.append(_part(file, f"{node.get('name', index)}.{number}", primitive, world))

@@ -105,7 +105,8 @@ class Bench:
             if warm:
                 command.append("--warm")
             if renderer.startswith("mitsuba") and spp > 256:  # memory
-                command += ["--batches", -(-spp // 256)]
+                # So many that they divide the samples.
+                command += ["--batches", next(n for n in range(-(-spp // 256), spp + 1) if spp % n == 0)]
         done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
         if done.returncode != 0:
             raise RuntimeError(f"{' '.join(map(str, command))}\n{done.stderr[-2000:]}")
