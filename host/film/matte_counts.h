@@ -34,11 +34,17 @@ class MatteCounts {
   struct Entry {
     std::uint64_t samples = 0;  // 0: the entry is empty, which only the first of a pixel can be
     std::uint32_t id = 0;
-    std::uint32_t next = 0;  // index in the row of the pixel's next entry; 0: none
+    std::uint32_t next = 0;  // index in the row of the pixel's next entry, whose id is larger; 0: none
   };
   static_assert(sizeof(Entry) == kBytesPerPixel);
-  // First the first entry of each pixel of the row, then further ones.
-  std::vector<std::vector<Entry>> rows_;
+  struct Row {
+    std::vector<Entry> entries;  // first the first entry of each pixel, then further ones
+    // The pixel of the last call of add(), and an entry of it from which ids that are not smaller are looked for: ids come in
+    // order from files, where a pixel of a damaged one may have millions.
+    std::uint32_t pixel = 0;
+    std::size_t last = 0;
+  };
+  std::vector<Row> rows_;
 };
 
 }  // namespace eikon

@@ -8,8 +8,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
+#include <map>
+#include <random>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -97,6 +100,39 @@ TEST(MatteCounts, are_the_same_in_any_order_and_grow_with_ids_alone) {
   MatteCounts full(1, 1);
   full.add(0, 0, {5, ~std::uint64_t{0}});
   EXPECT_THROW(full.add(0, 0, {5, 1}), InputError);
+}
+
+TEST(MatteCounts, of_a_pixel_with_very_many_ids_are_read_in_their_order_at_once) {
+  constexpr std::uint32_t kIds = 1 << 20;
+  MatteCounts counts(2, 1);
+  for (int time = 0; time < 2; ++time)  // the second part of an image adds to the first
+    for (std::uint32_t id = 0; id < kIds; ++id)
+      counts.add(1, 0, {id, 1});  // for hours, if each had to pass those before
+  const std::vector<MatteCount> all = counts.of(1, 0);
+  ASSERT_EQ(all.size(), kIds);
+  for (std::uint32_t id = 0; id < kIds; ++id) ASSERT_EQ(all[id], (MatteCount{id, 2}));
+  EXPECT_TRUE(counts.of(0, 0).empty());
+}
+
+TEST(MatteCounts, are_those_of_a_map_in_random_order) {
+  MatteCounts counts(3, 1);
+  std::array<std::map<std::uint32_t, std::uint64_t>, 3> expected;
+  std::mt19937 random(5);
+  for (int i = 0; i < 20000; ++i) {
+    const auto x = static_cast<std::uint32_t>(random() % 3), id = static_cast<std::uint32_t>(random() % 500);
+    counts.add(x, 0, {id, random() % 4});
+  }
+  random.seed(5);
+  for (int i = 0; i < 20000; ++i) {
+    const auto x = random() % 3;
+    const auto id = static_cast<std::uint32_t>(random() % 500);
+    if (const std::uint64_t samples = random() % 4; samples > 0) expected[x][id] += samples;
+  }
+  for (std::uint32_t x = 0; x < 3; ++x) {
+    std::vector<MatteCount> wanted;
+    for (const auto& [id, samples] : expected[x]) wanted.push_back({id, samples});
+    EXPECT_EQ(counts.of(x, 0), wanted);
+  }
 }
 
 FilmLayout matte_layout() {
