@@ -7,11 +7,13 @@
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
 #include <exception>
 #include <memory>
 #include <mutex>
+#include <tuple>
 #include <utility>
 
 #include "cli/commands.h"
@@ -75,9 +77,10 @@ class ProgressCall {
   std::exception_ptr raised_;
 };
 
-/// Renders what the words after `eikon render` say, and writes its files. Returns the exit code and notes for the user.
-std::pair<int, std::vector<std::string>> render_words(const std::vector<std::string>& words,
-                                                      const nb::object& progress) {
+/// Renders what the words after `eikon render` say, and writes its files. Returns the exit code, notes for the user, and
+/// whether there is a picture: nothing is written before the first sample.
+std::tuple<int, std::vector<std::string>, bool> render_words(const std::vector<std::string>& words,
+                                                             const nb::object& progress) {
   RenderOptions options = parse_render(words);
   if (options.frames || options.is_replay())
     throw UsageError(
@@ -85,6 +88,7 @@ std::pair<int, std::vector<std::string>> render_words(const std::vector<std::str
   options.quiet = false;
   Notes notes;
   ExitCode code{};
+  bool has_picture = false;
   std::unique_ptr<ProgressCall> call;
   run_interruptible([&](std::atomic<bool>& stop) {
     RenderJob job(options, notes.log());
@@ -98,9 +102,10 @@ std::pair<int, std::vector<std::string>> render_words(const std::vector<std::str
     job.render(stop, std::move(hooks));
     job.write();
     code = job.code();
+    has_picture = job.has_samples();
   });
   if (call != nullptr) call->rethrow();
-  return {int(code), notes.take()};
+  return {int(code), notes.take(), has_picture};
 }
 
 /// Measures what the words after `eikon meter` say. Returns JSON and notes for the user.

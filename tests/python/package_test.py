@@ -64,6 +64,26 @@ class Render(Package):
         self.assertIn("alpha", picture.layers)
         self.assertEqual(json.loads((self.folder / "kept.json").read_text())["seed"], 7)
 
+    def test_leaves_every_file_that_the_program_leaves(self):
+        flags = {"size": (8, 8), "spp": 2, "depth_series": [1, 2]}
+        picture = eikon.render(SCENES / "cornell.gltf", output=self.folder / "ds.exr", png=self.folder / "ds.png", **flags)
+        done = self.program("render", SCENES / "cornell.gltf", "--output=cli.exr", "--png=cli.png", "--size=8x8", "--spp=2", "--depth-series=1,2")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        files = {file.name for file in self.folder.iterdir()}
+        self.assertEqual({name.replace("ds", "cli") for name in files if name.startswith("ds")}, {name for name in files if name.startswith("cli")})
+        for part in ("ds.depth1.exr", "ds.depth2.exr", "ds.exr"):
+            self.assert_same_picture(eikon.read(self.folder / part), eikon.read(self.folder / part.replace("ds", "cli")))
+        # The picture is that of the render, whatever its file holds later.
+        eikon.render(SCENES / "furnace.gltf", output=self.folder / "ds.exr", size=(8, 8), spp=2)
+        picture.save(self.folder / "again.exr")
+        self.assert_same_picture(eikon.read(self.folder / "again.exr"), eikon.read(self.folder / "cli.exr"))
+
+    def test_that_ends_before_its_first_sample_is_no_older_picture(self):
+        older = eikon.render(SCENES / "furnace.gltf", output=self.folder / "a.exr", size=(8, 8), spp=2)
+        with self.assertRaisesRegex(eikon.UsageError, "before the first sample"):
+            eikon.render(SCENES / "furnace.gltf", output=self.folder / "a.exr", size=(8, 8), time=0.01)
+        self.assert_same_picture(eikon.read(self.folder / "a.exr"), older)
+
     def test_states_its_error_with_an_interval_and_its_statistics(self):
         picture = eikon.render(SCENES / "cornell.gltf", size=(16, 16), spp=16)
         self.assertTrue(0 < picture.error.low < picture.error.relmse < picture.error.high)
@@ -235,6 +255,23 @@ class Errors(Package):
         with self.assertRaises(eikon.InputError):
             eikon.read(SCENES / "tiles_color.png")
         self.assertEqual(list(self.folder.iterdir()), [])
+
+    def test_of_outputs_are_those_of_the_program_and_come_before_the_render(self):
+        scene = self.folder / "own.gltf"
+        scene.write_bytes((SCENES / "furnace.gltf").read_bytes())
+        before = scene.read_bytes()
+        a, b = self.folder / "a.exr", self.folder / "b"
+        for outputs in ({"output": scene}, {"stats": scene}, {"output": a, "png": a}, {"output": a, "stats": a}, {"output": a, "report": a},
+                        {"output": a, "checkpoint": a}, {"stats": b, "profile": b}, {"output": "nowhere/a.exr"},
+                        {"output": a, "stats": "nowhere/a.json"}, {"output": self.folder}, {"depth_series": [1], "output": a, "png": self.folder / "a.depth1.exr"}):
+            words = [f"--{key.replace('_', '-')}={','.join(map(str, value)) if isinstance(value, list) else value}" for key, value in outputs.items()]
+            done = self.program("render", scene, "--size=4x4", "--spp=2", *words)
+            calls = []
+            with self.assertRaises(eikon.Error, msg=outputs) as caught:
+                eikon.render(scene, size=(4, 4), spp=2, progress=calls.append, **outputs)
+            self.assertEqual((caught.exception.code, f"eikon: {caught.exception}\n", calls), (done.returncode, done.stderr, []))
+            self.assertEqual(scene.read_bytes(), before)
+            self.assertEqual(list(self.folder.iterdir()), [scene])
 
     def test_standard_output_stays_that_of_python(self):
         part = eikon.render(SCENES / "furnace.gltf", size=(4, 4), samples=(0, 2))

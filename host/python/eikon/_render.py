@@ -154,11 +154,6 @@ class SceneFile:
             self._folder.remove()
 
 
-def outputs_of(flags: Dict[str, Any]) -> Dict[str, Path]:
-    """Takes the files that a render is to leave out of the flags."""
-    return {key: Path(named(key, os.fspath(flags.pop(key)))) for key in ("output", "stats") if flags.get(key) is not None}
-
-
 def render(scene: SceneLike, *, spp: Optional[int] = None, size: Optional[Tuple[int, int]] = None,
            camera: Union[str, int, ArrayLike, None] = None, fov: Optional[float] = None,
            look_at: Optional[Sequence[Vector]] = None, env: Union[str, Vector, None] = None,
@@ -189,19 +184,22 @@ def render(scene: SceneLike, *, spp: Optional[int] = None, size: Optional[Tuple[
     wrong = NOT_HERE.intersection(flags)
     if wrong:
         raise _eikon.UsageError(f"render: takes no '{min(wrong)}' in Python; `eikon render` does")
-    kept = outputs_of(flags)
     folder = TemporaryFolder()
-    file, stats = folder.path / "render.exr", folder.path / "stats.json"
-    flags.update(spp=spp, size=size, fov=fov, look_at=look_at, env=env, aov=aov, samples=samples, crop=crop, seed=seed,
-                 target_error=target_error, time=time, devices=devices)
+    file = folder.path / "render.exr"
+    # The program gets the names that the user gives, so that its checks before the render hold for them.
+    output, stats = (default if flags.get(key) is None else flags[key]
+                     for key, default in (("output", file), ("stats", folder.path / "stats.json")))
+    flags.update(output=output, stats=stats, spp=spp, size=size, fov=fov, look_at=look_at, env=env, aov=aov, samples=samples,
+                 crop=crop, seed=seed, target_error=target_error, time=time, devices=devices)
     with SceneFile(scene) as path:
-        words = [path, *camera_words(camera), *words_of(flags), f"--output={file}", f"--stats={stats}"]
-        code, notes = _eikon.render(words, None if progress is None else lambda *values: progress(Progress(*values)))
-    if not file.exists():
+        words = [path, *camera_words(camera), *words_of(flags)]
+        code, notes, has_picture = _eikon.render(
+            words, None if progress is None else lambda *values: progress(Progress(*values)))
+    if not has_picture:
         raise _eikon.UsageError(notes[-1])  # it ended before its first sample, by progress or time
-    for key, target in kept.items():
-        copy_whole(file if key == "output" else stats, target)
-    return Render(file, folder, json.loads(stats.read_text()), notes, code)
+    if output is not file:
+        copy_whole(Path(output), file)  # the picture stays as it is when its user replaces the file
+    return Render(file, folder, json.loads(Path(stats).read_text()), notes, code)
 
 
 def merge(parts: Sequence[Union[Picture, PathLike]], output: Optional[PathLike] = None, **flags: Any) -> Picture:
