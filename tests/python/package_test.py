@@ -78,6 +78,21 @@ class Render(Package):
         picture.save(self.folder / "again.exr")
         self.assert_same_picture(eikon.read(self.folder / "again.exr"), eikon.read(self.folder / "cli.exr"))
 
+    def test_leaves_out_empty_lists_and_gives_each_part_of_its_own(self):
+        flags = {"size": (8, 8), "spp": 6}
+        whole = eikon.render(SCENES / "cornell.gltf", **flags)
+        self.assert_same_picture(eikon.render(SCENES / "cornell.gltf", aov=[], depth_series=(), add=np.array([]), **flags), whole)
+        parts = [self.folder / "a,b.exr", self.folder / "c.exr"]
+        for part, begin in zip(parts, (0, 2)):
+            eikon.render(SCENES / "cornell.gltf", size=(8, 8), samples=(begin, begin + 2), output=part)
+        added = eikon.render(SCENES / "cornell.gltf", add=parts, **flags)
+        self.assertEqual((added.rgb.tobytes(), added.stats["samples"]), (whole.rgb.tobytes(), 2 * 64))
+        added = eikon.render(SCENES / "cornell.gltf", add=parts[0], **flags)
+        self.assertEqual(added.stats["samples"], 4 * 64)
+        for key in ("aov", "output", "env"):
+            with self.assertRaisesRegex(eikon.UsageError, f"^{key}: the text is empty; give a value, or leave {key} out$"):
+                eikon.render(SCENES / "cornell.gltf", **{key: ""})
+
     def test_that_ends_before_its_first_sample_is_no_older_picture(self):
         older = eikon.render(SCENES / "furnace.gltf", output=self.folder / "a.exr", size=(8, 8), spp=2)
         with self.assertRaisesRegex(eikon.UsageError, "before the first sample"):

@@ -20,8 +20,10 @@ if TYPE_CHECKING:
     SceneLike = Union[str, "os.PathLike[str]", bytes, Scene]
     Vector = Tuple[float, float, float]
 
+LISTS = (list, tuple, range, set, frozenset)  # that a value may be
 ON_OR_OFF = {"energy_compensation"}  # flags that take on or off
 SEPARATORS = {"size": "x", "samples": ":", "frames": ":", "look_at": ":"}  # of the parts of a value; others have commas
+REPEATED = {"add"}  # flags that take one value each time that they are given
 NOT_HERE = {"pixel", "sample", "frames", "progress"}
 
 
@@ -84,31 +86,37 @@ def text_of(flag: str, value: Any) -> str:
         return os.fspath(value)
     if hasattr(value, "tolist"):
         value = value.tolist()
-    if isinstance(value, (list, tuple, range, set)):
+    if isinstance(value, LISTS):
         inner = "look_at element" if flag == "look_at" else flag
         return SEPARATORS.get(flag, ",").join(text_of(inner, part) for part in value)
     return repr(value)
 
 
 def named(key: str, text: str) -> str:
-    """The text of a value, which names no standard output: the program keeps that for a file, and Python would lose it."""
+    """The text of a value, which names no standard output: the program keeps that for a file, and Python would lose it.
+    raises UsageError"""
+    if text == "":
+        raise _eikon.UsageError(f"{key}: the text is empty; give a value, or leave {key} out")
     if text == "-":
         raise _eikon.UsageError(f"{key}: standard output belongs to Python; name a file")
     return text
 
 
 def words_of(flags: Dict[str, Any]) -> List[str]:
-    """The flags of the command line that keywords stand for; those that are None or False are left out. raises
+    """The flags of the command line that keywords stand for; those that are None, False or empty lists are left out. raises
     UsageError"""
     words = []
     for key, value in flags.items():
         flag = "--" + key.rstrip("_").replace("_", "-")
-        if value is None or (value is False and key not in ON_OR_OFF):
+        value = value.tolist() if hasattr(value, "tolist") else value
+        is_list = isinstance(value, LISTS)
+        if value is None or (value is False and key not in ON_OR_OFF) or (is_list and len(value) == 0):
             continue
         if value is True and key not in ON_OR_OFF:
             words.append(flag)
         else:
-            words.append(f"{flag}={named(key, text_of(key, value))}")
+            values = value if is_list and key in REPEATED else [value]
+            words += [f"{flag}={named(key, text_of(key, each))}" for each in values]
     return words
 
 
