@@ -9,7 +9,7 @@ import tempfile
 import weakref
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Optional, Union
+from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Optional, Sequence, Union
 
 from . import _eikon
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float32]
 
 PathLike = Union[str, "os.PathLike[str]"]
+CHANNELS = ("R", "G", "B")  # that are shown
 LETTERS = "RGBAXYZUV"  # of channels, in the order in which they stand in arrays
 
 
@@ -89,6 +90,8 @@ class Picture:
 
     @property
     def rgb(self) -> Array:
+        """raises UsageError for a picture without R, G and B"""
+        self._require(CHANNELS)
         return self.layers["rgb"]
 
     def __getitem__(self, layer: str) -> Array:
@@ -99,11 +102,11 @@ class Picture:
 
     @property
     def width(self) -> int:
-        return int(self.rgb.shape[1])
+        return int(self._a_plane().shape[1])
 
     @property
     def height(self) -> int:
-        return int(self.rgb.shape[0])
+        return int(self._a_plane().shape[0])
 
     @property
     def error(self) -> Optional[PredictedError]:
@@ -118,7 +121,8 @@ class Picture:
 
         exposure  of the PNG, in stops; ev100 instead: as a camera set to it
         tonemap   its curve: none, reinhard, aces, agx or pbr-neutral
-        raises    UsageError for another ending, InputError when the file cannot be written
+        raises    UsageError for another ending, and for a PNG of a picture without R, G and B; InputError when the file cannot
+                  be written
         """
         ending = Path(path).suffix.lower()
         if ending == ".png":
@@ -130,14 +134,27 @@ class Picture:
 
     def _shown(self) -> Dict[str, Array]:
         """The channels of a PNG: the denoised picture if there is one."""
-        denoised = "denoised.R" in self._planes
-        shown = {c: self._planes[f"denoised.{c}" if denoised else c] for c in "RGB"}
+        prefix = "denoised." if "denoised.R" in self._planes else ""
+        self._require([prefix + c for c in CHANNELS])
+        shown = {c: self._planes[prefix + c] for c in CHANNELS}
         if "A" in self._planes:
             shown["A"] = self._planes["A"]
         return shown
 
-    def _repr_png_(self) -> bytes:
-        """The picture in a notebook."""
+    def _a_plane(self) -> Array:
+        return next(iter(self._planes.values()))
+
+    def _require(self, channels: Sequence[str]) -> None:
+        """raises UsageError unless the picture has these channels"""
+        missing = [channel for channel in channels if channel not in self._planes]
+        if missing:
+            raise _eikon.UsageError(f"\"{self.path}\": has no channel {missing[0]}, so it has no colour to show; its layers are "
+                                    f"{', '.join(self.layers)}: take one of these as an array, by picture[\"{next(iter(self))}\"]")
+
+    def _repr_png_(self) -> Optional[bytes]:
+        """The picture in a notebook, which shows the text of one that has no colour."""
+        if any(channel not in self._planes for channel in CHANNELS):
+            return None
         with tempfile.TemporaryDirectory(prefix="eikon.") as folder:
             self.save(Path(folder) / "picture.png")
             return (Path(folder) / "picture.png").read_bytes()
