@@ -24,6 +24,15 @@ std::string text_of(const Environment& environment, const Digest& file) {
                      environment.scale, sky.x, sky.y, sky.z);
 }
 
+/// The file of an environment that the command line names; empty: none.
+std::string given_map(const std::vector<std::string>& given) {
+  constexpr std::string_view kFlag = "--env=";
+  std::string map;
+  for (const std::string& word : given)
+    if (word.starts_with(kFlag)) map = word.substr(kFlag.size());
+  return names_environment_file(map) ? map : "";
+}
+
 }  // namespace
 
 std::vector<std::string> words_of_other_scene(const std::string& scene, std::vector<std::string> given) {
@@ -61,9 +70,10 @@ RenderOptions SceneryLoader::options_of(const ViewLook& look, std::vector<std::s
   return options;
 }
 
-/// Watches the files from before they are read, so that no change is missed.
+/// Watches the files from before they are read, so that no change is missed. A page may choose another environment than the
+/// file that the command line names, and go back to that, so it is watched under any.
 void SceneryLoader::read_source(const RenderOptions& options) {
-  const std::string& map = options.scene.environment.map;
+  const std::string map = given_map(given_);
   std::vector<std::filesystem::path> files = scene_files(options.scene.scene);
   if (!map.empty()) files.emplace_back(map);
   watch_.watch(files);

@@ -200,6 +200,36 @@ class Process(unittest.TestCase):
                 time.sleep(0.1)
             self.assertNotEqual(now, pixels)
 
+    def test_a_given_environment_is_shown_anew_when_its_file_changes(self):
+        scene, sky = self.folder / "scene.gltf", self.folder / "sky.hdr"
+        scene.write_text((ROOT / "scenes/sphere_in_sky.gltf").read_text())
+
+        def paint(*rgbe):
+            sky.write_bytes(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n" + bytes(rgbe) * 8)
+
+        def wait_for_change(viewer, before):
+            begin = time.monotonic()
+            while time.monotonic() - begin < 20:
+                news, pixels = viewer.news()
+                if news["status"]["state"] == "done" and pixels != before:
+                    return pixels
+                time.sleep(0.1)
+            raise AssertionError("the picture stays as it was")
+
+        paint(128, 10, 10, 129)
+        with Viewer(EIKON, self.folder, "scene.gltf", *SMALL, "--env", "sky.hdr") as viewer:
+            _, given = viewer.wait_for("done")
+            _, neutral = viewer.wait_for("done", viewer.look({"--spp": "8", "--env": "neutral"}))
+            changed = json.loads(scene.read_text())
+            changed["materials"] = [{"emissiveFactor": [1, 1, 1]} for _ in changed["materials"]]
+            scene.write_text(json.dumps(changed))
+            wait_for_change(viewer, neutral)  # loaded again under another environment than the given one
+            _, again = viewer.wait_for("done", viewer.look({"--spp": "8"}))
+            self.assertNotIn(again, (given, neutral))
+            paint(10, 128, 10, 129)
+            wait_for_change(viewer, again)
+            self.assertEqual(viewer.end(), (0, "", ""))
+
     def test_a_dropped_scene_is_shown_and_leaves_nothing(self):
         (self.folder / "tmp").mkdir()
         with Viewer(EIKON, self.folder, CORNELL, *SMALL, "--camera", "camera", "--fov", "20",
