@@ -332,6 +332,53 @@ class Connections(Attacked):
         self.assertLessEqual(self.open_files(), before + 2)
 
 
+class SlowFiles(unittest.TestCase):
+    """Files that come slowly or not at all, each test to a server of its own."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="eikon_view_")
+        self.addCleanup(folder.cleanup)
+        self.viewer = self.enterContext(Viewer(EIKON, folder.name, CORNELL, *SMALL))
+        self.viewer.wait_for("done")
+
+    def begin(self, *headers):
+        """A connection that has sent the headers of a dropped file."""
+        connection = self.enterContext(socket.create_connection(("127.0.0.1", self.viewer.port), timeout=LIMIT_S))
+        lines = ("POST /api/drop?name=slow.gltf HTTP/1.1", "Host: localhost", f"X-Eikon-Token: {self.viewer.token}", *headers)
+        connection.sendall("\r\n".join((*lines, "", "")).encode())
+        return connection
+
+    def scene_name(self):
+        return self.viewer.news()[0]["status"]["scene"]["name"]
+
+    def test_a_file_may_take_longer_than_an_answer_if_it_goes_on(self):
+        body = CORNELL.read_bytes()
+        connection = self.begin(f"Content-Length: {len(body)}")
+        parts = 14
+        for part in range(parts):  # 65 s in all
+            connection.sendall(body[len(body) * part // parts:len(body) * (part + 1) // parts])
+            time.sleep(5 if part < parts - 1 else 0)
+        self.assertIn(b" 200 ", connection.recv(100))
+        self.viewer.wait_for("done", 2)
+        self.assertEqual(self.scene_name(), "slow.gltf")
+
+    def test_a_file_that_falls_silent_is_given_up(self):
+        connection = self.begin("Content-Length: 1000")
+        connection.sendall(b"{")
+        begin = time.monotonic()
+        self.assertIn(b" 400 ", connection.recv(100))
+        self.assertTrue(15 < time.monotonic() - begin < 50)
+        self.assertEqual(self.scene_name(), CORNELL.name)
+
+    def test_the_view_ends_at_once_while_a_file_comes(self):
+        connection = self.begin("Content-Length: 1000")
+        connection.sendall(b"{")
+        time.sleep(0.5)
+        begin = time.monotonic()
+        self.assertEqual(self.viewer.end(), (0, "", ""))
+        self.assertLess(time.monotonic() - begin, 8)
+
+
 class LazyClients(Attacked):
     def test_a_client_that_stops_reading_is_left(self):
         self.viewer.wait_for("done", self.viewer.look({"--size": "2048x2048", "--spp": "1"}))

@@ -20,6 +20,9 @@ constexpr std::size_t kMostRequest = 128 << 10;  // bytes, with headers
 constexpr int kMostPerConnection = 1000;         // requests
 constexpr seconds kIdle(3);                      // between two requests
 constexpr seconds kRequestTime(10), kAnswerTime(60);
+// A slow link may take long for a large file, so it is its silence that ends it; but nobody holds a thread for ever.
+constexpr seconds kFileTime(3600), kFileSilence(20);
+constexpr milliseconds kWake(50);  // between two looks whether the server ends
 constexpr seconds kStall(5);  // of a client that reads nothing of its answer
 
 thread_local GuardedStream* served = nullptr;  // of the request that this thread is at
@@ -28,7 +31,8 @@ thread_local GuardedStream* served = nullptr;  // of the request that this threa
 
 void GuardedStream::admit(std::size_t bytes) {
   most_ = received_ + bytes;
-  until_ = Clock::now() + kAnswerTime;
+  until_ = Clock::now() + kFileTime;
+  silence_ = kFileSilence;
 }
 
 bool GuardedStream::wait(short events, Clock::time_point until) const {
@@ -37,24 +41,28 @@ bool GuardedStream::wait(short events, Clock::time_point until) const {
   return poll(&file, 1, int(std::max<milliseconds::rep>(left.count(), 0))) > 0;
 }
 
-bool GuardedStream::wait_for_request(const std::atomic<bool>& ending) {
-  constexpr milliseconds kWake(50);
-  const Clock::time_point latest = Clock::now() + kIdle;
+bool GuardedStream::wait_for_bytes(Clock::time_point until) const {
   bool comes = at_ < end_;
-  while (!comes && !ending && Clock::now() < latest) comes = wait(POLLIN, Clock::now() + kWake);
+  while (!comes && !ending_ && Clock::now() < until) comes = wait(POLLIN, std::min(until, Clock::now() + kWake));
+  return comes && !ending_;
+}
+
+bool GuardedStream::wait_for_request() {
+  const bool comes = wait_for_bytes(Clock::now() + kIdle);
   received_ = end_ - at_;
   most_ = kMostRequest;
   answers_ = false;
   until_ = Clock::now() + kRequestTime;
-  return comes && !ending;
+  silence_ = kRequestTime;
+  return comes;
 }
 
-bool GuardedStream::is_readable() const { return at_ < end_ || wait(POLLIN, until_); }
+bool GuardedStream::is_readable() const { return wait_for_bytes(std::min(until_, Clock::now() + silence_)); }
 bool GuardedStream::is_writable() const { return wait(POLLOUT, Clock::now() + kAnswerTime); }
 
 ssize_t GuardedStream::read(char* bytes, std::size_t size) {
   if (at_ == end_) {
-    if (received_ >= most_ || !wait(POLLIN, until_)) return -1;
+    if (received_ >= most_ || !is_readable()) return -1;
     const ssize_t count = recv(socket_, buffer_.data(), buffer_.size(), 0);
     if (count <= 0) return count;
     at_ = 0;
@@ -93,9 +101,9 @@ void GuardedServer::admit(std::size_t bytes) {
 }
 
 bool GuardedServer::process_and_close_socket(socket_t socket) {
-  GuardedStream stream(socket);
+  GuardedStream stream(socket, ending_);
   served = &stream;
-  for (int left = kMostPerConnection; left > 0 && stream.wait_for_request(ending_); --left) {
+  for (int left = kMostPerConnection; left > 0 && stream.wait_for_request(); --left) {
     bool closed = false;
     if (!process_request(stream, left == 1, closed, nullptr) || closed) break;
   }
