@@ -10,6 +10,7 @@ import json
 import os
 import pathlib
 import random
+import re
 import shutil
 import socket
 import subprocess
@@ -308,6 +309,28 @@ class EndlessRequests(Attacked):
 
 
 class Connections(Attacked):
+    def answer(self, connection, stream):
+        """The headers of an answer to a request for news."""
+        connection.sendall(f"GET /api/news?after=0&frame=0 HTTP/1.1\r\nHost: localhost\r\nX-Eikon-Token: {self.viewer.token}\r\n\r\n".encode())
+        headers = dict(line.decode().strip().split(": ", 1) for line in list(iter(stream.readline, b"\r\n"))[1:])
+        stream.read(int(headers["Content-Length"]))
+        return headers
+
+    def test_are_kept_as_long_as_their_answers_say(self):
+        with socket.create_connection(("127.0.0.1", self.viewer.port), timeout=LIMIT_S) as connection, connection.makefile("rb") as stream:
+            promised = self.answer(connection, stream)["Keep-Alive"]
+            timeout, most = map(int, re.fullmatch(r"timeout=(\d+), max=(\d+)", promised).groups())
+            asked = 1
+            while "Keep-Alive" in self.answer(connection, stream):
+                asked += 1
+            self.assertEqual(asked + 1, most)
+            self.assertEqual(stream.read(1), b"")
+        with socket.create_connection(("127.0.0.1", self.viewer.port), timeout=LIMIT_S) as connection, connection.makefile("rb") as stream:
+            self.answer(connection, stream)
+            begin = time.monotonic()
+            self.assertEqual(stream.read(1), b"")
+            self.assertLess(abs(time.monotonic() - begin - timeout), 1)
+
     def test_two_hundred_connections_at_once_are_served_and_closed(self):
         self.viewer.news()
         before = self.open_files()

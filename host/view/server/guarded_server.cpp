@@ -94,6 +94,9 @@ GuardedServer::GuardedServer() {
     (void)setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
   });
   set_tcp_nodelay(true);
+  // The library only writes these into its answers; process_and_close_socket() keeps to them.
+  set_keep_alive_timeout(kIdle.count());
+  set_keep_alive_max_count(kMostPerConnection);
 }
 
 void GuardedServer::admit(std::size_t bytes) {
