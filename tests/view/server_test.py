@@ -401,6 +401,17 @@ class SlowFiles(unittest.TestCase):
         self.assertEqual(self.viewer.end(), (0, "", ""))
         self.assertLess(time.monotonic() - begin, 8)
 
+    def test_a_file_without_its_length_is_refused(self):
+        for headers in ((), ("Content-Length: ",), ("Connection: close",)):
+            connection = self.begin(*headers)
+            connection.sendall(b"{")
+            connection.shutdown(socket.SHUT_WR)
+            answer = b"".join(iter(lambda: connection.recv(1000), b""))
+            self.assertIn(b" 400 ", answer.split(b"\r\n")[0])
+            self.assertIn(b"view: a dropped file comes with its Content-Length", answer)
+        self.viewer.wait_for("done")
+        self.assertEqual(self.scene_name(), CORNELL.name)
+
 
 class LazyClients(Attacked):
     def test_a_client_that_stops_reading_is_left(self):

@@ -88,6 +88,8 @@ std::string unwanted(const httplib::Request& request) {
   if (request.is_multipart_form_data()) return "view: requests have one part";
   if (request.get_header_value_count("Content-Length") > 1) return "view: a request has one length";
   const std::string length = request.get_header_value("Content-Length");
+  // Without its length, a file whose connection is cut looks whole.
+  if (request.path == kDrop && length.empty()) return "view: a dropped file comes with its Content-Length";
   const std::uint64_t most = request.path == kDrop ? kMostDropped : kMostPayload;
   if (!length.empty() && number_in<std::uint64_t>(length).value_or(most + 1) > most)
     return fmt::format("view: a request has at most {} bytes here", most);
