@@ -13,8 +13,8 @@ namespace eikon {
 
 /// Adds the scene file, and how strictly it is read.
 void add_scene_flags(CommandFlags& flags, SceneOptions& options);
-/// Adds the camera, the picture and its layers.
-void add_image_flags(CommandFlags& flags, SceneOptions& options);
+/// Adds the camera, the picture and its layers. size_default: the text of --size in --help
+void add_image_flags(CommandFlags& flags, SceneOptions& options, const std::string& size_default);
 /// Adds the environment, and how paths find light. spp_about: the text of --spp in --help
 void add_light_flags(CommandFlags& flags, SceneOptions& options, const std::string& spp_about);
 /// Adds all of these.

@@ -188,10 +188,10 @@ void add_scene_flags(CommandFlags& flags, SceneOptions& options) {
   flags.toggle("--strict", "treat unsupported features and rejected samples as errors", options.strict);
 }
 
-void add_image_flags(CommandFlags& flags, SceneOptions& options) {
+void add_image_flags(CommandFlags& flags, SceneOptions& options, const std::string& size_default) {
   add_camera_flags(flags, options);
   flags.group("Image");
-  flags.parsed({"--size", "WxH", "width and height in pixels [720 rows at the camera's aspect]"},
+  flags.parsed({"--size", "WxH", "width and height in pixels [" + size_default + "]"},
                [&](const std::string& text) { options.size = parse_size(text); });
   flags.parsed({"--crop", "X0,Y0,X1,Y1", "render this window only, with the bits of the full image"},
                [&](const std::string& text) { options.crop = parse_crop(text); });
@@ -247,7 +247,7 @@ void add_light_flags(CommandFlags& flags, SceneOptions& options, const std::stri
 
 void add_all_scene_flags(CommandFlags& flags, SceneOptions& options) {
   add_scene_flags(flags, options);
-  add_image_flags(flags, options);
+  add_image_flags(flags, options, "720 rows at the camera's aspect");
   add_light_flags(flags, options, "samples per pixel [64, or at most 2^24 where an error or a time ends it]");
 }
 

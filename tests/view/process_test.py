@@ -290,6 +290,31 @@ class Process(unittest.TestCase):
                     self.assertEqual(shown, pixels, news["status"]["command"])
                 self.assertNotEqual(shown[:400], pixels[400:800], "the comparison sees nothing")
 
+    def test_a_shutter_blurs_the_picture_as_that_of_the_printed_command(self):
+        blurred = ("--shutter", "2", "--shutter-at", "centre", "--motion-steps", "3")
+        pictures = []
+        for words in ((), blurred):
+            with Viewer(EIKON, self.folder, ROOT / "scenes/spinning_wheel.gltf", *SMALL, "--frame", "12", *words) as viewer:
+                news, pixels = viewer.wait_for("done")
+                later, _ = viewer.wait_for("done", viewer.look({"--spp": "8", "--scene-time": "0.7"}))
+                news, pixels = viewer.wait_for("done", viewer.look({"--spp": "8", "--scene-time": "0.5"}))
+                command = shlex.split(news["status"]["command"])
+                self.assertEqual("--shutter=2" in command, bool(words), later["status"]["command"])
+                run = self.eikon(*command[1:], "--quiet")
+                self.assertEqual(run.returncode, 0, run.stderr)
+                self.assertEqual(rgbe_of(floats_of_exr(self.folder / "picture.exr")), pixels)
+                pictures.append(pixels)
+        self.assertNotEqual(*pictures)
+
+    def test_help_states_one_size(self):
+        text = self.eikon("view", "--help").stdout
+        size = next(line for line in text.splitlines() if line.split()[:1] == ["--size"])
+        self.assertTrue(size.endswith("[640x480]"), size)
+        self.assertEqual(text.count("640x480"), 1)
+        with Viewer(EIKON, self.folder, CORNELL, "--spp", "1") as viewer:
+            news, _ = viewer.wait_for("done")
+            self.assertIn("--size=640x480", shlex.split(news["status"]["command"]))
+
     def test_a_final_render_writes_the_picture_of_the_command(self):
         with Viewer(EIKON, self.folder, CORNELL, *SMALL) as viewer:
             viewer.look({"--spp": "8", "--exposure": "1.5", "--tonemap": "agx"})

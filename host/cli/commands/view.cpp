@@ -18,6 +18,8 @@
 namespace eikon {
 namespace {
 
+constexpr ImageSize kUsualSize = {640, 480};
+
 struct ViewOptions {
   RenderOptions render;
   std::uint32_t port = 0;
@@ -38,7 +40,7 @@ std::vector<std::string> render_words(const std::vector<std::string>& words) {
 }
 
 ViewLook first_look(const SceneOptions& scene) {
-  const ImageSize size = scene.size.value_or(ImageSize{640, 480});
+  const ImageSize size = scene.size.value_or(kUsualSize);
   const std::string text = fmt::format("{}x{}", size.width, size.height);
   if (std::max(size.width, size.height) > kMostViewSide)
     throw UsageError(
@@ -73,14 +75,14 @@ void add_view(CommandFlags& root, Command& chosen) {
       fmt::format(
           "Prints an address that only this machine can open; from elsewhere, come through ssh -L PORT:localhost:PORT. "
           "The\npicture refines while one looks, and the scene is loaded again when a file of it changes. Ctrl-C ends "
-          "it. A picture\nhas 640x480 pixels unless --size says otherwise, and has no pilot unless --guiding\nor "
-          "--light-paths ask for one.\n\n"
+          "it. A picture\nhas no pilot unless --guiding or --light-paths ask for one.\n\n"
           "Example:\n  eikon view scenes/cornell.gltf --open\n\n{}",
           environment_help()));
   add_scene_flags(flags, options->render.scene);
-  add_image_flags(flags, options->render.scene);
+  add_image_flags(flags, options->render.scene, fmt::format("{}x{}", kUsualSize.width, kUsualSize.height));
   add_light_flags(flags, options->render.scene,
                   fmt::format("samples per pixel of the whole picture [{}]", kUsualViewSpp));
+  add_shutter_flags(flags, options->render.scene.animation);
   flags.hide({"--crop", "--samples", "--aov", "--transparent"});
   add_execution_flags(flags, options->render.execution);
   flags.group("Server");
