@@ -121,6 +121,8 @@ class Render(Package):
             eikon.render(SCENES / "cornell.gltf", camera=2 * np.eye(4))
         with self.assertRaisesRegex(eikon.UsageError, "shape"):
             eikon.render(SCENES / "cornell.gltf", camera=np.eye(3))
+        by_index = eikon.render(SCENES / "cornell.gltf", camera=np.int64(0), size=(12, 12), spp=1)
+        self.assertEqual(by_index.rgb.shape, (12, 12, 3))
 
     def test_tells_progress_and_ends_by_it_with_what_is_done(self):
         calls = []
@@ -400,7 +402,8 @@ class Scenes(Package):
         corners = np.zeros((3, 3))
         for arguments in ({"positions": np.zeros((3, 2))}, {"positions": corners, "normals": np.zeros((2, 3))},
                           {"positions": corners, "indices": [0.0, 1.0, 2.0]}, {"positions": corners, "indices": [0, 1]},
-                          {"positions": corners, "indices": [0, 1, -1]}, {"positions": corners, "texcoords": corners}):
+                          {"positions": corners, "indices": [0, 1, -1]}, {"positions": corners, "indices": [0, 1, 2 ** 32 + 2]},
+                          {"positions": corners, "texcoords": corners}):
             with self.assertRaises(eikon.UsageError):
                 scene.mesh(**arguments)
         with self.assertRaises(eikon.UsageError):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import operator
 import os
 import warnings
 from dataclasses import dataclass
@@ -124,8 +125,12 @@ def camera_words(camera: Any) -> List[str]:
     """A camera by name, by index, or by the matrix that takes its space, where it looks along -Z, to the world."""
     if camera is None:
         return []
-    if isinstance(camera, (str, int)):
+    if isinstance(camera, str):
         return [f"--camera={camera}"]
+    try:
+        return [f"--camera={operator.index(camera)}"]
+    except TypeError:
+        pass  # it is no index, of Python or of numpy
     import numpy as np
 
     matrix = np.asarray(camera, np.float64)

@@ -192,8 +192,9 @@ class Scene:
         import numpy as np
 
         values = np.asarray(array)
-        if values.dtype.kind not in "ui" or values.size % 3 != 0 or (values.size and values.min() < 0):
-            raise _eikon.UsageError(f"mesh: indices are whole numbers from 0, three per triangle, not {values.dtype.name} of "
+        if values.dtype.kind not in "ui" or values.size % 3 != 0 or (
+                values.size and (values.min() < 0 or values.max() >= 2 ** 32)):
+            raise _eikon.UsageError(f"mesh: indices are whole numbers from 0 below 2^32, three per triangle, not {values.dtype.name} of "
                                     f"shape {values.shape}")
         data = np.ascontiguousarray(values, "<u4").tobytes()
         return self._append("accessors", {"bufferView": self._view(data), "componentType": UINT32, "count": values.size,
