@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How long a render takes from its last sample to its last file, for --time.
+// Estimates the seconds from the last sample of a render to its last file, for --time.
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
@@ -60,7 +60,7 @@ void RenderJob::write_trial(const Film& film) {
     write_and_remove(".exr", [&](const auto& file) {
       write_exr(file, film, describe_image(prepared_), {.exact_sums = true, .record = {}, .quick = true});
     });
-  exr.denoised = nullptr;
+  exr = options_of_series(std::move(exr));
   for (const std::uint32_t most : settings().depth_series) {
     const Film part = scattered_at_most(film, most);
     (void)part.predicted_error();

@@ -237,10 +237,15 @@ std::optional<Image> RenderJob::denoise(const Film& film) {
   }
 }
 
-void RenderJob::write_depth_series(ExrOptions exr) {
+ExrOptions RenderJob::options_of_series(ExrOptions exr) {
   exr.exact_sums = false;
   exr.layers = {};
   exr.denoised = nullptr;
+  return exr;
+}
+
+void RenderJob::write_depth_series(ExrOptions exr) {
+  exr = options_of_series(std::move(exr));
   PngOptions png = options_.png;
   for (const std::uint32_t most : settings().depth_series) {
     const Film film = scattered_at_most(done_->film, most);

@@ -97,7 +97,10 @@ class RenderJob {
   [[nodiscard]] double finish_seconds(const Film& film);
   /// Does with the film what the end of the job does (predict, denoise, write), and removes the files again.
   void write_trial(const Film& film);
+  /// Writes one image and its PNG, and removes them again.
   void write_trial_picture(const Film& film, const ExrOptions& exr);
+  /// The options of the images of --depth-series, of those of the picture.
+  [[nodiscard]] static ExrOptions options_of_series(ExrOptions exr);
   /// After a render that ended by its goal: shortens the range of samples to what was done, so that headers state it.
   void end_samples();
   [[nodiscard]] ExrOptions exr_options() const;

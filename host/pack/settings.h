@@ -54,8 +54,8 @@ enum class Guiding {
 
 inline constexpr std::uint32_t kMostSide = 65535;  // of an image: pixel coordinates travel as two 16-bit halves
 inline constexpr std::uint64_t kMostSamples = std::uint64_t{1} << 48;  // the end of the last range of a pixel's samples
-inline constexpr std::uint64_t kMostImagePaths = std::uint64_t{1}
-                                                 << 60;                // of all pixels, so that their sums do not wrap
+// The most paths of all pixels together, so that sums of their numbers do not wrap.
+inline constexpr std::uint64_t kMostImagePaths = std::uint64_t{1} << 60;
 inline constexpr double kMostRadiance = 1e30;                          // of an even environment
 inline constexpr std::uint32_t kMostLightSamples = 16;  // the memory of paths in flight grows with them
 

@@ -174,7 +174,7 @@ def submit(options):
         options.partition = slurm.choose_partition(options.partition)
     if not options.nodes:
         try:
-            options.nodes = max(1, len(slurm.nodes(slurm.choose_partition(options.partition), options.exclude)))
+            options.nodes = max(1, len(slurm.nodes(options.partition or slurm.choose_partition(""), options.exclude)))
         except errors.FarmError:
             options.nodes = 1
     farm = read_farm(options)

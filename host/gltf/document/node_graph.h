@@ -26,7 +26,7 @@ struct PlacedNode {
 ///        overflows, a node that is wrong
 std::vector<PlacedNode> walk_nodes(const Document& document, Notes& notes);
 
-/// Where nodes stand by their own parents, whatever the document's scene lists. A node with several
+/// Tells where nodes stand by their own parents, whatever the document's scene lists. A node with several
 /// parents stands where a walk from all roots comes to it first. What is wrong with a node matters to
 /// those below it only.
 class OwnPlaces {

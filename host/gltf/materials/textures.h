@@ -68,7 +68,7 @@ class TextureReader {
     std::optional<std::uint32_t> image{};
     std::string missing{};
   };
-  /// What takes the place of an image that an extension names.
+  /// The image that takes the place of one that an extension names.
   struct Fallback {
     std::size_t image = 0;  // of the document
     std::string user;       // "texture 0: EXT_texture_webp"
