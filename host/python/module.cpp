@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The module eikon._eikon: what the package in eikon/ calls. Words are those of the command line, so a render from Python is that
 // of `eikon render` with the same words.
+#include <fmt/format.h>
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
-#include <nanobind/stl/map.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
@@ -11,10 +11,14 @@
 #include <nanobind/stl/vector.h>
 
 #include <exception>
+#include <map>
 #include <memory>
 #include <mutex>
+#include <string>
+#include <string_view>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 #include "cli/commands.h"
 #include "cli/commands/meter.h"
@@ -31,6 +35,24 @@ namespace eikon::python {
 namespace {
 
 using Plane = nb::ndarray<const float, nb::shape<-1, -1>, nb::c_contig, nb::device::cpu>;
+
+/// Words of the program, as bytes: names of files may hold any.
+std::vector<std::string> strings_of(const std::vector<nb::bytes>& words) {
+  std::vector<std::string> strings;
+  for (const nb::bytes& word : words) strings.emplace_back(word.c_str(), word.size());
+  return strings;
+}
+
+/// Text for Python. Bytes that are not UTF-8, which names of files may have, are escaped, as the program prints them.
+nb::str text_of(std::string_view text) {
+  return nb::steal<nb::str>(PyUnicode_DecodeUTF8(text.data(), Py_ssize_t(text.size()), "backslashreplace"));
+}
+
+nb::list texts_of(const std::vector<std::string>& lines) {
+  nb::list list;
+  for (const std::string& line : lines) list.append(text_of(line));
+  return list;
+}
 
 /// Lines for the user, which any thread may add.
 class Notes {
@@ -79,9 +101,8 @@ class ProgressCall {
 
 /// Renders what the words after `eikon render` say, and writes its files. Returns the exit code, notes for the user, and
 /// whether there is a picture: nothing is written before the first sample.
-std::tuple<int, std::vector<std::string>, bool> render_words(const std::vector<std::string>& words,
-                                                             const nb::object& progress) {
-  RenderOptions options = parse_render(words);
+std::tuple<int, nb::list, bool> render_words(const std::vector<nb::bytes>& words, const nb::object& progress) {
+  RenderOptions options = parse_render(strings_of(words));
   if (options.frames || options.is_replay())
     throw UsageError(
         "render: renders one image at a time; call it for each frame, and trace paths with `eikon render`");
@@ -105,21 +126,22 @@ std::tuple<int, std::vector<std::string>, bool> render_words(const std::vector<s
     has_picture = job.has_samples();
   });
   if (call != nullptr) call->rethrow();
-  return {int(code), notes.take(), has_picture};
+  return {int(code), texts_of(notes.take()), has_picture};
 }
 
 /// Measures what the words after `eikon meter` say. Returns JSON and notes for the user.
-std::pair<std::string, std::vector<std::string>> meter_words(const std::vector<std::string>& words) {
+std::pair<nb::str, nb::list> meter_words(const std::vector<nb::bytes>& words) {
   Notes notes;
   std::string text;
   run_interruptible([&](std::atomic<bool>& stop) {
-    if (auto json = meter_json(words, notes.log(), stop)) text = std::move(*json);
+    if (auto json = meter_json(strings_of(words), notes.log(), stop)) text = std::move(*json);
   });
-  return {text, notes.take()};
+  return {text_of(text), texts_of(notes.take())};
 }
 
 /// Merges what the words after `eikon merge` say. Returns the exit code.
-int merge_words(std::vector<std::string> words) {
+int merge_words(const std::vector<nb::bytes>& given) {
+  std::vector<std::string> words = strings_of(given);
   words.insert(words.begin(), "merge");
   Command chosen;
   (void)parse_words(std::move(words), [&](CommandFlags root) { add_merge(root, chosen); });
@@ -129,11 +151,12 @@ int merge_words(std::vector<std::string> words) {
 }
 
 /// The planes of a picture, by channel, as arrays of shape (height, width).
-nb::dict read_planes(const std::string& path) {
+nb::dict read_planes(const nb::bytes& path) {
   auto image = std::make_unique<Image>();
   {
+    const std::string file(path.c_str(), path.size());
     const nb::gil_scoped_release released;
-    *image = read_exr(path);
+    *image = read_exr(file);
   }
   nb::dict planes;
   for (std::size_t i = 0; i < image->channels.size(); ++i) {
@@ -144,7 +167,9 @@ nb::dict read_planes(const std::string& path) {
   }
   nb::dict result;
   result["planes"] = planes;
-  result["metadata"] = nb::cast(image->metadata);
+  nb::dict metadata;
+  for (const auto& [key, value] : image->metadata) metadata[text_of(key)] = text_of(value);
+  result["metadata"] = metadata;
   return result;
 }
 
@@ -180,11 +205,11 @@ nb::dict compare_planes(const nb::dict& test, const nb::dict& reference) {
   return numbers;
 }
 
-void write_png_of(const std::string& path, const nb::dict& planes, double exposure_ev, std::optional<double> ev100,
+void write_png_of(const nb::bytes& path, const nb::dict& planes, double exposure_ev, std::optional<double> ev100,
                   const std::string& tonemap) {
   const auto map = tone_map_of(tonemap);
   if (!map) refuse_choice("tonemap", tonemap, tone_map_names());
-  PngOptions{.file = path, .exposure_ev = exposure_ev, .ev100 = ev100, .tone_map = *map}.write(
+  PngOptions{.file = {path.c_str(), path.size()}, .exposure_ev = exposure_ev, .ev100 = ev100, .tone_map = *map}.write(
       image_of(listed(planes)));
 }
 
@@ -206,23 +231,43 @@ nb::list devices() {
   return list;
 }
 
-template <class Kind>
-void add_exception(nb::module_& module, const char* name, nb::handle base, const char* about, ExitCode code) {
-  nb::object type = nb::exception<Kind>(module, name, base);
+/// Kinds of exceptions, by exit code; others are eikon.Error.
+std::map<ExitCode, PyObject*>& exception_kinds() {
+  static std::map<ExitCode, PyObject*> kinds;
+  return kinds;
+}
+
+/// Raises an error of the program in Python. That of nanobind would fail for names of files that are not UTF-8.
+void raise_in_python(const std::exception_ptr& thrown, void* base) {
+  try {
+    std::rethrow_exception(thrown);
+  } catch (const Error& error) {
+    const auto kind = exception_kinds().find(error.code());
+    PyErr_SetObject(kind == exception_kinds().end() ? static_cast<PyObject*>(base) : kind->second,
+                    text_of(error.what()).ptr());
+  }
+}
+
+nb::object add_exception(nb::module_& module, const char* name, nb::handle base, const char* about, ExitCode code) {
+  nb::object type =
+      nb::steal(PyErr_NewExceptionWithDoc(fmt::format("eikon.{}", name).c_str(), about, base.ptr(), nullptr));
   type.attr("code") = int(code);
-  type.attr("__doc__") = about;
-  type.attr("__module__") = "eikon";
+  module.attr(name) = type;
+  return type;
 }
 
 void add_exceptions(nb::module_& module) {
-  add_exception<Error>(module, "Error", PyExc_Exception,
-                       "What eikon refuses or fails at; `code` is the exit code of the program.", ExitCode::internal);
-  const nb::object base = module.attr("Error");
-  add_exception<UsageError>(module, "UsageError", base, "A wrong argument.", ExitCode::usage);
-  add_exception<InputError>(module, "InputError", base, "A wrong or damaged input, or a file that cannot be written.",
-                            ExitCode::input);
-  add_exception<DeviceError>(module, "DeviceError", base, "No device, or none left.", ExitCode::device);
-  add_exception<InternalError>(module, "InternalError", base, "A broken invariant of eikon.", ExitCode::internal);
+  const nb::object base =
+      add_exception(module, "Error", PyExc_Exception,
+                    "What eikon refuses or fails at; `code` is the exit code of the program.", ExitCode::internal);
+  const auto add = [&](const char* name, const char* about, ExitCode code) {
+    exception_kinds()[code] = add_exception(module, name, base, about, code).release().ptr();
+  };
+  add("UsageError", "A wrong argument.", ExitCode::usage);
+  add("InputError", "A wrong or damaged input, or a file that cannot be written.", ExitCode::input);
+  add("DeviceError", "No device, or none left.", ExitCode::device);
+  add("InternalError", "A broken invariant of eikon.", ExitCode::internal);
+  nb::register_exception_translator(raise_in_python, base.ptr());
 }
 
 }  // namespace

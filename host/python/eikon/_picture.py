@@ -48,6 +48,22 @@ class Comparison:
     nonfinite: int  #: values left out
 
 
+def encoded(text: PathLike) -> bytes:
+    """A word or a name of a file as the system has it: names may hold bytes that are no text. raises UsageError"""
+    try:
+        data = os.fsencode(text)
+    except UnicodeEncodeError:
+        data = b"\0"
+    if b"\0" in data:
+        raise _eikon.UsageError(f"{ascii(os.fspath(text))}: no name of a file has such characters")
+    return data
+
+
+def shown(path: PathLike) -> str:
+    """A name of a file in a message, where bytes that are no text are escaped."""
+    return os.fsencode(path).decode("utf-8", "backslashreplace")
+
+
 def layers_of(planes: Dict[str, Array]) -> Dict[str, Array]:
     """Stacks the channels of each layer: R, G, B are `rgb`, A is `alpha`, and albedo.R, .G, .B are `albedo`."""
     import numpy as np
@@ -75,7 +91,7 @@ class Picture:
     """
 
     def __init__(self, path: PathLike, folder: Optional[TemporaryFolder] = None):
-        file = _eikon.read_exr(os.fspath(path))
+        file = _eikon.read_exr(encoded(path))
         self.path = Path(path)
         self._folder = folder  # which holds the file, if it is not the user's
         self.metadata: Dict[str, str] = file["metadata"]
@@ -126,11 +142,11 @@ class Picture:
         """
         ending = Path(path).suffix.lower()
         if ending == ".png":
-            _eikon.write_png(os.fspath(path), self._shown(), exposure, ev100, tonemap)
+            _eikon.write_png(encoded(path), self._shown(), exposure, ev100, tonemap)
         elif ending == ".exr":
             copy_whole(self.path, Path(path))
         else:
-            raise _eikon.UsageError(f"save: cannot tell the format of '{os.fspath(path)}'; end it in .exr or .png")
+            raise _eikon.UsageError(f"save: cannot tell the format of '{shown(path)}'; end it in .exr or .png")
 
     def _shown(self) -> Dict[str, Array]:
         """The channels of a PNG: the denoised picture if there is one."""
@@ -148,7 +164,7 @@ class Picture:
         """raises UsageError unless the picture has these channels"""
         missing = [channel for channel in channels if channel not in self._planes]
         if missing:
-            raise _eikon.UsageError(f"\"{self.path}\": has no channel {missing[0]}, so it has no colour to show; its layers are "
+            raise _eikon.UsageError(f"\"{shown(self.path)}\": has no channel {missing[0]}, so it has no colour to show; its layers are "
                                     f"{', '.join(self.layers)}: take one of these as an array, by picture[\"{next(iter(self))}\"]")
 
     def _repr_png_(self) -> Optional[bytes]:
@@ -181,7 +197,7 @@ def copy_whole(source: Path, target: Path) -> None:
         finally:
             temporary.unlink(missing_ok=True)
     except OSError as error:
-        raise _eikon.InputError(f"cannot write \"{target}\": {error.strerror}") from None
+        raise _eikon.InputError(f"cannot write \"{shown(target)}\": {error.strerror}") from None
 
 
 def read(path: PathLike) -> Picture:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Callable, Dict, List, Optional, Sequence, Tuple, Union
 
 from . import _eikon
-from ._picture import PathLike, Picture, TemporaryFolder, copy_whole
+from ._picture import PathLike, Picture, TemporaryFolder, copy_whole, encoded
 from ._scene import Scene
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ def text_of(flag: str, value: Any) -> str:
     if isinstance(value, bool):
         return "on" if value else "off"
     if isinstance(value, (str, os.PathLike)):
-        return os.fspath(value)
+        return os.fsdecode(value)
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, LISTS):
@@ -149,7 +149,7 @@ class SceneFile:
     def __init__(self, scene: SceneLike):
         self._folder: Optional[TemporaryFolder] = None
         if isinstance(scene, (str, os.PathLike)):
-            self.path = os.fspath(scene)
+            self.path = os.fsdecode(scene)
             return
         data = scene.to_glb() if isinstance(scene, Scene) else scene
         if not isinstance(data, (bytes, bytearray, memoryview)):
@@ -207,7 +207,8 @@ def render(scene: SceneLike, *, spp: Optional[int] = None, size: Optional[Tuple[
     with SceneFile(scene) as path:
         words = [path, *camera_words(camera), *words_of(flags)]
         code, notes, has_picture = _eikon.render(
-            words, None if progress is None else lambda *values: progress(Progress(*values)))
+            [encoded(word) for word in words],
+            None if progress is None else lambda *values: progress(Progress(*values)))
     if not has_picture:
         raise _eikon.UsageError(notes[-1])  # it ended before its first sample, by progress or time
     if output is not file:
@@ -224,8 +225,9 @@ def merge(parts: Sequence[Union[Picture, PathLike]], output: Optional[PathLike] 
     """
     folder = TemporaryFolder() if output is None else None
     file = folder.path / "merged.exr" if folder else Path(named("output", os.fspath(output or "")))
-    files = [os.fspath(part.path if isinstance(part, Picture) else part) for part in parts]
-    if _eikon.merge([*files, f"--output={file}", "--quiet", *words_of(flags)]) != 0:
+    files = [os.fsdecode(part.path if isinstance(part, Picture) else part) for part in parts]
+    words = [*files, f"--output={file}", "--quiet", *words_of(flags)]
+    if _eikon.merge([encoded(word) for word in words]) != 0:
         warnings.warn("merge: samples between those of the parts are missing", stacklevel=2)
     return Picture(file, folder)
 
@@ -238,7 +240,7 @@ def meter(scene: SceneLike, at: Vector, *, facing: Optional[Vector] = None, from
 
     with SceneFile(scene) as path:
         flags.update(at=at, facing=facing, from_=from_)
-        text, notes = _eikon.meter([path, *words_of(flags)])
+        text, notes = _eikon.meter([encoded(word) for word in (path, *words_of(flags))])
     found = json.loads(text)
     return Reading(found["quantity"], found["unit"], np.array(found["value"]), np.array(found["standard_error"]), found["paths"],
                    notes)
