@@ -110,6 +110,20 @@ class Render(Package):
         self.assertTrue(0 < calls[-1].share < 1 and calls[-1].samples > 0)
         self.assertGreater(picture.stats["samples"], 0)
 
+    def test_ends_by_a_false_of_numpy_too(self):
+        calls = []
+
+        def progress(now):
+            calls.append(now)
+            if len(calls) > 20:
+                raise LookupError("the render goes on")
+            return np.less(now.samples, 0)
+
+        picture = eikon.render(SCENES / "cornell.gltf", size=(128, 128), spp=1 << 24, progress=progress)
+        self.assertTrue(picture.interrupted)
+        for answer in (np.True_, None, 0, "", np.array([])):  # nothing else ends it
+            self.assertFalse(eikon.render(SCENES / "furnace.gltf", size=(8, 8), spp=2, progress=lambda _, a=answer: a).interrupted)
+
     def test_raises_what_progress_raises(self):
         def progress(_):
             raise LookupError("enough")

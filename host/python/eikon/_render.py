@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Callable, Dict, List, Optional, Sequence,
 
 from . import _eikon
 from ._picture import PathLike, Picture, TemporaryFolder, copy_whole, encoded
-from ._scene import Scene
+from ._scene import Scene, plain
 
 if TYPE_CHECKING:
     import numpy as np
@@ -208,7 +208,7 @@ def render(scene: SceneLike, *, spp: Optional[int] = None, size: Optional[Tuple[
         words = [path, *camera_words(camera), *words_of(flags)]
         code, notes, has_picture = _eikon.render(
             [encoded(word) for word in words],
-            None if progress is None else lambda *values: progress(Progress(*values)))
+            None if progress is None else lambda *values: plain(progress(Progress(*values))))  # numpy's False is one of Python's
     if not has_picture:
         raise _eikon.UsageError(notes[-1])  # it ended before its first sample, by progress or time
     if output is not file:
