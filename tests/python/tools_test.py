@@ -41,6 +41,9 @@ class Tools(Package):
             eikon.compare(picture, picture.rgb[1:])
         with self.assertRaises(eikon.UsageError):
             eikon.compare(picture, picture.rgb[..., 0])
+        for shape in ((0, 0, 3), (0, 8, 3), (8, 0, 3)):
+            with self.assertRaisesRegex(eikon.UsageError, rf"with pixels, not \({shape[0]}, {shape[1]}, 3\)$"):
+                eikon.compare(np.zeros(shape), np.zeros(shape))
 
     def test_meter_reads_what_the_program_reads(self):
         reading = eikon.meter(SCENES / "cornell.gltf", (0.278, 0.001, 0.28), facing=(0, 1, 0), spp=4)

@@ -214,11 +214,11 @@ def planes_of(picture: Any) -> Dict[str, Array]:
     if isinstance(picture, Picture):
         return {c: picture._planes[c] for c in "RGB" if c in picture._planes}
     array = np.asarray(picture, np.float32)
-    if array.ndim != 3 or array.shape[2] != 3:
-        raise _eikon.UsageError(f"a picture is an array of shape (height, width, 3), not {array.shape}")
+    if array.ndim != 3 or array.shape[2] != 3 or array.size == 0:
+        raise _eikon.UsageError(f"a picture is an array of shape (height, width, 3), with pixels, not {array.shape}")
     return {c: np.ascontiguousarray(array[:, :, i]) for i, c in enumerate("RGB")}
 
 
 def compare(test: Union[Picture, PathLike, Array], reference: Union[Picture, PathLike, Array]) -> Comparison:
-    """Measures how far a picture is from a reference of the same size. raises InputError"""
+    """Measures how far a picture is from a reference of the same size. raises UsageError, InputError"""
     return Comparison(**_eikon.compare(planes_of(test), planes_of(reference)))
