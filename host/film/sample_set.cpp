@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <limits>
+#include <span>
 #include <tuple>
 #include <utility>
 
@@ -11,49 +13,68 @@
 namespace eikon {
 namespace {
 
+// Intervals of a vector increase and do not overlap, so that binary search finds them. Parts come mostly in the order in
+// which parts() lists them, and then each is added at the end; so no step goes through all intervals.
+
+/// The first interval that ends after `at`.
+template <class Intervals>
+auto first_after(Intervals& intervals, std::uint32_t at) {
+  return std::ranges::upper_bound(intervals, at, {}, [](const auto& interval) { return interval.end; });
+}
+
+/// The first interval that begins at `at` or after it.
+template <class Intervals>
+auto first_from(Intervals& intervals, std::uint32_t at) {
+  return std::ranges::lower_bound(intervals, at, {}, [](const auto& interval) { return interval.begin; });
+}
+
 /// Cuts the interval that contains `at` in two, unless `at` is its end.
 template <class Interval>
 void cut(std::vector<Interval>& intervals, std::uint32_t at) {
-  for (std::size_t i = 0; i < intervals.size(); ++i) {
-    if (!(intervals[i].begin < at && at < intervals[i].end)) continue;
-    Interval rest = intervals[i];
-    rest.begin = intervals[i].end = at;
-    intervals.insert(intervals.begin() + std::ptrdiff_t(i) + 1, std::move(rest));
-    return;
-  }
+  const auto found = first_after(intervals, at);
+  if (found == intervals.end() || found->begin >= at) return;
+  Interval rest = *found;
+  rest.begin = found->end = at;
+  intervals.insert(found + 1, std::move(rest));
 }
 
-/// Makes intervals begin and end at `from` and `to`, and adds empty ones for the gaps in between.
+/// Makes intervals begin and end at `from` and `to`, and adds empty ones for the gaps in between. Returns those from `from`
+/// to `to`.
 template <class Interval>
-void cover(std::vector<Interval>& intervals, std::uint32_t from, std::uint32_t to) {
+std::span<Interval> cover(std::vector<Interval>& intervals, std::uint32_t from, std::uint32_t to) {
   cut(intervals, from);
   cut(intervals, to);
+  const auto first = first_after(intervals, from) - intervals.begin();
+  const auto last = first_from(intervals, to) - intervals.begin();
   std::vector<Interval> gaps;
   std::uint32_t at = from;
   const auto gap = [&](std::uint32_t until) {
     if (at < until) gaps.push_back({at, until, {}});
   };
-  for (const Interval& interval : intervals) {
-    if (interval.end <= from || interval.begin >= to) continue;
-    gap(interval.begin);
-    at = interval.end;
+  for (auto i = first; i < last; ++i) {
+    gap(intervals[std::size_t(i)].begin);
+    at = intervals[std::size_t(i)].end;
   }
   gap(to);
-  intervals.insert(intervals.end(), gaps.begin(), gaps.end());
-  std::ranges::sort(intervals, {}, &Interval::begin);
+  const auto added = intervals.insert(intervals.begin() + last, gaps.begin(), gaps.end());
+  const auto end = added + std::ptrdiff_t(gaps.size());
+  std::inplace_merge(intervals.begin() + first, added, end,
+                     [](const Interval& a, const Interval& b) { return a.begin < b.begin; });
+  return {intervals.begin() + first, end};
 }
 
-/// Joins touching neighbours of equal content.
+/// Joins touching neighbours of equal content, of which one lies between `from` and `to`.
 template <class Interval>
-void join(std::vector<Interval>& intervals) {
-  std::vector<Interval> joined;
-  for (Interval& interval : intervals) {
-    if (!joined.empty() && joined.back().end == interval.begin && joined.back().content == interval.content)
-      joined.back().end = interval.end;
-    else
-      joined.push_back(std::move(interval));
+void join(std::vector<Interval>& intervals, std::uint32_t from, std::uint32_t to) {
+  auto kept = first_after(intervals, from == 0 ? 0 : from - 1);  // it ends at `from` or after it
+  const auto end = to == std::numeric_limits<std::uint32_t>::max() ? intervals.end() : first_from(intervals, to + 1);
+  for (auto next = kept + 1; next < end; ++next) {
+    if (kept->end == next->begin && kept->content == next->content)
+      kept->end = next->end;
+    else if (++kept != next)
+      *kept = std::move(*next);
   }
-  intervals = std::move(joined);
+  intervals.erase(kept + 1, end);
 }
 
 bool is_empty(const WorkUnit& unit) {
@@ -63,23 +84,24 @@ bool is_empty(const WorkUnit& unit) {
 }  // namespace
 
 void SampleSet::insert(Ranges& ranges, Range range) {
-  const auto after = std::find_if(ranges.begin(), ranges.end(), [&](const Range& r) { return r.begin >= range.begin; });
-  auto at = ranges.insert(after, range);
-  if (const auto next = at + 1; next != ranges.end() && next->begin == at->end) {
-    at->end = next->end;
+  const auto next = std::ranges::lower_bound(ranges, range.begin, {}, &Range::begin);
+  const bool touches_next = next != ranges.end() && next->begin == range.end;
+  const bool touches_last = next != ranges.begin() && (next - 1)->end == range.begin;
+  if (touches_last && touches_next) {
+    (next - 1)->end = next->end;
     ranges.erase(next);
-  }
-  if (at != ranges.begin() && (at - 1)->end == at->begin) {
-    (at - 1)->end = at->end;
-    ranges.erase(at);
+  } else if (touches_last) {
+    (next - 1)->end = range.end;
+  } else if (touches_next) {
+    next->begin = range.begin;
+  } else {
+    ranges.insert(next, range);
   }
 }
 
 void SampleSet::insert(std::vector<Column>& columns, std::uint32_t x0, std::uint32_t x1, Range range) {
-  cover(columns, x0, x1);
-  for (Column& column : columns)
-    if (column.begin >= x0 && column.end <= x1) insert(column.content, range);
-  join(columns);
+  for (Column& column : cover(columns, x0, x1)) insert(column.content, range);
+  join(columns, x0, x1);
 }
 
 void SampleSet::add(const WorkUnit& unit) {
@@ -88,10 +110,8 @@ void SampleSet::add(const WorkUnit& unit) {
     throw InternalError(fmt::format("samples {} to {} of pixel {},{} are in the film twice", twice->sample_begin,
                                     twice->sample_end - 1, twice->block.x0, twice->block.y0));
   const Crop& b = unit.block;
-  cover(slabs_, b.y0, b.y1);
-  for (Slab& slab : slabs_)
-    if (slab.begin >= b.y0 && slab.end <= b.y1) insert(slab.content, b.x0, b.x1, {unit.sample_begin, unit.sample_end});
-  join(slabs_);
+  for (Slab& slab : cover(slabs_, b.y0, b.y1)) insert(slab.content, b.x0, b.x1, {unit.sample_begin, unit.sample_end});
+  join(slabs_, b.y0, b.y1);
 }
 
 void SampleSet::add(const SampleSet& other) {
@@ -101,16 +121,15 @@ void SampleSet::add(const SampleSet& other) {
 std::optional<WorkUnit> SampleSet::overlap(const WorkUnit& unit) const {
   const Crop& b = unit.block;
   if (is_empty(unit)) return std::nullopt;
-  for (const Slab& slab : slabs_) {
-    if (slab.end <= b.y0 || slab.begin >= b.y1) continue;
-    for (const Column& column : slab.content) {
-      if (column.end <= b.x0 || column.begin >= b.x1) continue;
-      for (const Range& range : column.content)
-        if (range.begin < unit.sample_end && range.end > unit.sample_begin)
-          return WorkUnit{{std::max(column.begin, b.x0), std::max(slab.begin, b.y0), std::min(column.end, b.x1),
-                           std::min(slab.end, b.y1)},
-                          std::max(range.begin, unit.sample_begin),
-                          std::min(range.end, unit.sample_end)};
+  for (auto slab = first_after(slabs_, b.y0); slab != slabs_.end() && slab->begin < b.y1; ++slab) {
+    const std::vector<Column>& columns = slab->content;
+    for (auto column = first_after(columns, b.x0); column != columns.end() && column->begin < b.x1; ++column) {
+      const auto range = std::ranges::upper_bound(column->content, unit.sample_begin, {}, &Range::end);
+      if (range != column->content.end() && range->begin < unit.sample_end)
+        return WorkUnit{{std::max(column->begin, b.x0), std::max(slab->begin, b.y0), std::min(column->end, b.x1),
+                         std::min(slab->end, b.y1)},
+                        std::max(range->begin, unit.sample_begin),
+                        std::min(range->end, unit.sample_end)};
     }
   }
   return std::nullopt;
@@ -132,12 +151,8 @@ std::vector<WorkUnit> SampleSet::missing(const Crop& crop, std::uint64_t begin, 
   if (is_empty({crop, begin, end})) return missing;
   // The slabs and columns of the whole window, with those that have no samples.
   std::vector<Slab> slabs = slabs_;
-  cover(slabs, crop.y0, crop.y1);
-  for (Slab& slab : slabs) {
-    if (slab.begin < crop.y0 || slab.end > crop.y1) continue;
-    cover(slab.content, crop.x0, crop.x1);
-    for (const Column& column : slab.content) {
-      if (column.begin < crop.x0 || column.end > crop.x1) continue;
+  for (Slab& slab : cover(slabs, crop.y0, crop.y1)) {
+    for (const Column& column : cover(slab.content, crop.x0, crop.x1)) {
       std::uint64_t at = begin;
       const auto gap = [&](std::uint64_t until) {
         if (at < until) missing.push_back({{column.begin, slab.begin, column.end, slab.end}, at, until});
