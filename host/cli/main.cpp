@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Exit codes leave the process here; core/error.h lists them.
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <exception>
@@ -13,6 +10,7 @@
 #include "cli/commands.h"
 #include "job/log.h"
 #include "core/lost_threads.h"
+#include "io/standard_streams.h"
 #include "io/text.h"
 
 namespace {
@@ -29,13 +27,6 @@ int run(int argc, char** argv) {
   return code ? *code : int(chosen());
 }
 
-/// Opens those standard streams that are closed: the next file that the process opens would get
-/// their number, and then its messages.
-void open_standard_streams() {
-  for (int stream = STDIN_FILENO; stream <= STDERR_FILENO; ++stream)
-    if (fcntl(stream, F_GETFD) < 0 && errno == EBADF) (void)!open("/dev/null", O_RDWR);  // takes the lowest free number
-}
-
 /// Turns success into an error when results did not reach standard output.
 int with_results(int code) {
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
@@ -46,7 +37,7 @@ int with_results(int code) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  open_standard_streams();
+  eikon::open_standard_streams();
   std::signal(SIGXFSZ, SIG_IGN);  // a write beyond the file size limit (ulimit -f) is an error like any other
   try {
     return eikon::leave_process(with_results(run(argc, argv)));

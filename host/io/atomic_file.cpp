@@ -21,6 +21,7 @@
 #include <fmt/format.h>
 
 #include "core/error.h"
+#include "io/standard_streams.h"
 #include "io/text.h"
 #include "io/xxhash64.h"
 
@@ -146,6 +147,8 @@ AtomicFile::AtomicFile(const std::filesystem::path& path) {
   if (!file) fail_with(path, ELOOP);
   path_ = *file;
   if (path == kStandardOutput) {
+    if (standard_output_was_closed())
+      throw InputError("cannot write to standard output: it is closed; name a file, or start eikon with it open");
     descriptor_ = standard_output() < 0 ? -1 : memfd_create("eikon", MFD_CLOEXEC);
     if (descriptor_ < 0) fail_with(path_, errno);
     return;

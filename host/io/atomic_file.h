@@ -20,7 +20,7 @@ inline constexpr const char* kStandardOutput = "-";
 /// that the link stays one.
 /// A file named "-" is kept in memory until commit() writes it to standard output. From the first
 /// such file on, everything that the process prints goes to stderr, so that standard output holds
-/// the file alone.
+/// the file alone. It is refused at once if standard output was closed when the process started.
 class AtomicFile {
  public:
   /// Removes what a process that was killed while it wrote the same file has left, if it ran on this machine since its

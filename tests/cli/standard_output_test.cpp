@@ -69,5 +69,26 @@ TEST(StandardOutput, that_is_full_is_an_error) {
   EXPECT_TRUE(refused(outcome, kInput));
 }
 
+// Whatever else is closed, too, no file gets the number of a stream, and with it what is printed.
+TEST(StandardOutput, that_is_closed_is_an_error_of_each_command_that_writes_to_it) {
+  const Workplace here;
+  ASSERT_TRUE(succeeded(here.eikon(cornell("--samples 0:4"))));
+  const std::string before = read_bytes(here / "out.exr"),
+                    render = "render " + scene("cornell.gltf") + " --size 4x4 --spp 1 ";
+  for (const std::string& command :
+       {render + "-o -", render + "-o other.exr --png -", render + "-o other.exr --stats -",
+        std::string("merge out.exr -o -"), std::string("compare out.exr out.exr --json -")})
+    for (const char* closed : {" >&-", " <&- >&-", " >&- 2>&-"}) {
+      const Outcome outcome = here.shell(Workplace::binary() + " " + command + closed);
+      const bool is_told = std::string(closed).find("2>") == std::string::npos;
+      EXPECT_TRUE(is_told ? refused(outcome, kInput) : outcome.code == kInput) << command << closed;
+      EXPECT_EQ(contains(outcome.err, "cannot write to standard output: it is closed"), is_told) << outcome.err;
+      EXPECT_EQ(here.files(), std::vector<std::string>{"out.exr"}) << command << closed;
+      EXPECT_EQ(read_bytes(here / "out.exr"), before);
+    }
+  EXPECT_EQ(here.shell(Workplace::binary() + " " + render + "-o other.exr --png - <&- 2>&-").out.substr(0, 8),
+            "\x89PNG\r\n\x1a\n");
+}
+
 }  // namespace
 }  // namespace eikon::test
