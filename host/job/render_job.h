@@ -95,7 +95,10 @@ class RenderJob {
   [[nodiscard]] Goal make_goal();
   /// Estimates the seconds from the last sample to the last file, by write_trial() on some rows of the film.
   [[nodiscard]] double finish_seconds(const Film& film);
-  /// Does with the film what the end of the job does (predict, denoise, write), and removes the files again.
+  /// The part of that which the images of --depth-series take.
+  [[nodiscard]] double series_seconds(const Film& film);
+  /// Does with the film what the end of the job does but for --depth-series (predict, denoise, write), and removes the
+  /// files again.
   void write_trial(const Film& film);
   /// Writes one image and its PNG, and removes them again.
   void write_trial_picture(const Film& film, const ExrOptions& exr);
