@@ -13,24 +13,24 @@
 namespace eikon {
 namespace {
 
-constexpr std::uint64_t kFirstLook = 16;      // samples per pixel
-constexpr std::uint64_t kLooksPerDoubling = 4;
-constexpr double kDoubt = 0.05;               // that a render ends above its target
+constexpr std::uint64_t kFirstJudgement = 16;  // samples per pixel
+constexpr std::uint64_t kJudgementsPerDoubling = 4;
+constexpr double kDoubt = 0.05;  // probability that a render ends although its error is above the target
 // Before it is measured: writing a pixel and predicting its error.
 constexpr double kUsualFinish_s = 0.5e-6;
 constexpr double kUsualRate = 2e6;            // samples per second
 constexpr std::uint64_t kUsualTargetSpp = 256;
 
-/// 1 for kFirstLook samples, and one more for each look after it.
-std::uint64_t look_number(std::uint64_t samples) {
+/// The number of the judgement at so many samples per pixel, counted from 1, which is that at kFirstJudgement samples.
+std::uint64_t judgement_number(std::uint64_t samples) {
   const std::uint64_t doubling = std::bit_floor(samples);
-  const auto doublings = std::uint64_t(std::countr_zero(doubling) - std::countr_zero(kFirstLook));
-  return 1 + kLooksPerDoubling * doublings + (samples - doubling) * kLooksPerDoubling / doubling;
+  const auto doublings = std::uint64_t(std::countr_zero(doubling) - std::countr_zero(kFirstJudgement));
+  return 1 + kJudgementsPerDoubling * doublings + (samples - doubling) * kJudgementsPerDoubling / doubling;
 }
 
-/// True where errors are judged.
-bool is_look(std::uint64_t samples) {
-  return samples >= kFirstLook && samples % (std::bit_floor(samples) / kLooksPerDoubling) == 0;
+/// True if the error is judged at so many samples per pixel.
+bool is_judged_at(std::uint64_t samples) {
+  return samples >= kFirstJudgement && samples % (std::bit_floor(samples) / kJudgementsPerDoubling) == 0;
 }
 
 }  // namespace
@@ -53,14 +53,14 @@ std::uint64_t Goal::likely_samples(const GoalOptions& options, const Crop& crop)
 
 /// The samples per pixel after the next round. With --time the first rounds are short, since seconds may be, too.
 std::uint64_t Goal::next_end(std::uint64_t samples) const {
-  if (samples < kFirstLook)
-    return !options_.seconds ? kFirstLook : samples == 0 ? 1 : 2 * std::bit_floor(samples);
+  if (samples < kFirstJudgement)
+    return !options_.seconds ? kFirstJudgement : samples == 0 ? 1 : 2 * std::bit_floor(samples);
   const std::uint64_t doubling = std::bit_floor(samples);
   if (!options_.relmse) return 2 * doubling;
-  const std::uint64_t step = doubling / kLooksPerDoubling;
+  const std::uint64_t step = doubling / kJudgementsPerDoubling;
   const std::uint64_t next = (samples / step + 1) * step;
   if (judged_ == 0 || error_.relmse <= 0) return next;
-  // No error falls faster than the square of the number of samples, so looks that cannot reach the target are left out.
+  // No error falls faster than the square of the number of samples, so judgements that cannot find the target reached are left out.
   const double least = double(judged_) * std::sqrt(error_.lo / *options_.relmse);
   return double(next) < least ? next_end(next) : next;
 }
@@ -68,8 +68,8 @@ std::uint64_t Goal::next_end(std::uint64_t samples) const {
 bool Goal::is_reached(std::uint64_t samples, const Film& film) {
   error_ = film.predicted_error();
   judged_ = samples;
-  const auto look = double(look_number(samples));
-  bound_ = error_.upper(kDoubt / (look * (look + 1)));
+  const auto i = double(judgement_number(samples));
+  bound_ = error_.upper(kDoubt / (i * (i + 1)));
   return bound_ <= *options_.relmse;
 }
 
@@ -95,7 +95,7 @@ void Goal::attach(RenderHooks& hooks) {
 
 Round Goal::next(const RoundEnd& now) {
   const std::uint64_t samples = now.done - begin_;
-  if (options_.relmse && now.exact && is_look(samples)) {
+  if (options_.relmse && now.exact && is_judged_at(samples)) {
     if (is_reached(samples, now.film)) return {.end = now.done};
     warn_if_out_of_reach(samples);
   }

@@ -33,10 +33,10 @@ struct GoalOptions {
 /// of rare bright paths.
 ///
 /// The error is judged many times, and the render ends at the first time that it seems low enough, so chance would end it too
-/// early more often than a single judgement errs (optional stopping). So the upper bound of the i-th judgement, or look, is
-/// that of a probability of 0.05 / (i (i + 1)). These add up to 0.05: in 95 % of renders no bound of any look lies
-/// below the true error [Robbins 1970, "Statistical methods related to the law of the iterated logarithm"; Howard et
-/// al. 2021, "Time-uniform, nonparametric, nonasymptotic confidence sequences", where looks are in geometric progression].
+/// early more often than a single judgement errs (optional stopping). So the upper bound that the i-th judgement uses is exceeded
+/// by the true error with a probability of 0.05 / (i (i + 1)) only. These probabilities add up to 0.05: in 95 % of renders no bound
+/// of any judgement lies below the true error [Robbins 1970, "Statistical methods related to the law of the iterated logarithm";
+/// Howard et al. 2021, "Time-uniform, nonparametric, nonasymptotic confidence sequences", which calls judgements "looks"].
 class Goal {
  public:
   /// end_s: host_seconds() by which --time wants all to be done, unless it times rendering
@@ -69,9 +69,9 @@ class Goal {
   Log log_;
   double finish_estimate_s_, latest_s_ = std::numeric_limits<double>::infinity();
   bool finish_known_ = false, warned_ = false;
-  std::uint64_t judged_ = 0;                                // samples per pixel at the last look; 0: there was none
-  PredictedError error_;                                    // at the last look
-  double bound_ = std::numeric_limits<double>::infinity();  // of the relMSE, at the last look
+  std::uint64_t judged_ = 0;  // samples per pixel at the last judgement; 0: there was none
+  PredictedError error_;      // at the last judgement
+  double bound_ = std::numeric_limits<double>::infinity();  // of the relMSE, at the last judgement
 };
 
 }  // namespace eikon

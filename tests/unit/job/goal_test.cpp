@@ -73,13 +73,13 @@ std::vector<std::uint64_t> rounds(const GoalOptions& options, std::uint64_t most
   return ends;
 }
 
-TEST(Goal, looks_four_times_in_each_doubling_from_sixteen_samples_on) {
+TEST(Goal, judges_four_times_in_each_doubling_from_sixteen_samples_on) {
   const GoalOptions options{.relmse = 1e-2};
   EXPECT_EQ(rounds(options, 70, false), (std::vector<std::uint64_t>{16, 20, 24, 28, 32, 40, 48, 56, 64, 70}));
   EXPECT_EQ(rounds(options, 18), (std::vector<std::uint64_t>{16, 18}));
 }
 
-TEST(Goal, leaves_out_looks_that_cannot_please) {
+TEST(Goal, leaves_out_judgements_that_cannot_end_the_render) {
   const std::vector<std::uint64_t> ends = rounds({.relmse = 1e-4}, 256);
   ASSERT_GE(ends.size(), 2U);
   EXPECT_EQ(ends[0], 16U);
@@ -138,13 +138,13 @@ TEST(Goal, seconds_of_rendering_begin_with_the_first_sample) {
 }
 
 // The claim is 5 %. Of 400 renders more than 33 would end above their target with a probability of less than 0.3 % if it were true.
-// With the 95 % interval of each look alone, it is 60 and more.
+// With the 95 % interval of each judgement alone, it is 60 and more.
 TEST(Goal, at_most_five_percent_of_renders_end_above_their_target) {
   constexpr std::uint32_t kSide = 12;
   int above = 0;
   for (unsigned seed = 0; seed < 400; ++seed) {
     NoisyImage image(kSide, 1, seed);
-    // Targets lie between looks in all ways.
+    // Targets lie between judgements in all ways.
     const double target = 1.0 / (30 + 40.0 * seed / 400);
     Goal goal = goal_of({.relmse = target}, settings_for(kSide, 4096));
     for (std::uint64_t done = 0;;) {
