@@ -5,11 +5,13 @@
 
 namespace eikon {
 
-/// The seconds of a phase of another thread's work, as a thread sees them that looks often. A long pause between two
-/// looks means that the whole process was stopped, and does not count.
+/// Measures how long a phase of another thread's work has taken, for a watchdog that asks often. A long pause between two of its
+/// questions means that the whole process was stopped (as by SIGSTOP), and that time does not count.
 class WatchedPhase {
  public:
-  /// since_s: begin of the phase; gap_s: since the look before this one
+  /// Returns the seconds of the phase so far, without those in which the process was stopped.
+  /// since_s, now_s  begin of the phase, and now, on one clock
+  /// gap_s           seconds since the watchdog asked last
   [[nodiscard]] double seconds(double since_s, double now_s, double gap_s) {
     constexpr double kStoppedProcess_s = 1;
     if (std::exchange(since_s_, since_s) != since_s) excused_s_ = 0;

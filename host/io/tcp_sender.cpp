@@ -18,7 +18,7 @@
 namespace eikon {
 namespace {
 
-constexpr int kLookInterval_ms = 50;
+constexpr int kPollInterval_ms = 50;
 // The system doubles it. Without a bound it would keep several megabytes that nobody reads.
 constexpr int kKeptBytes = 1 << 18;
 
@@ -77,7 +77,7 @@ void TcpSender::wait_for_room(const char* what) {
   const double begin_s = host_seconds();
   for (;;) {
     pollfd polled{.fd = socket_, .events = POLLOUT, .revents = 0};
-    const int ready = poll(&polled, 1, kLookInterval_ms);
+    const int ready = poll(&polled, 1, kPollInterval_ms);
     if (ready > 0) return;
     if (ready < 0 && errno != EINTR) throw InputError(in_words(errno));
     if (give_up_(host_seconds() - begin_s)) throw InputError(what);

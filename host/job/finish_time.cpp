@@ -89,7 +89,7 @@ void RenderJob::write_trial(const Film& film) {
     write_and_remove(".html", [&](const auto& file) {
       write_text(
           file,
-          report_picture({.film = film, .denoised = denoised ? &*denoised : nullptr, .look = options_.png}).dump());
+          report_picture({.film = film, .denoised = denoised ? &*denoised : nullptr, .display = options_.png}).dump());
     });
 }
 

@@ -327,7 +327,8 @@ void RenderJob::write_reports() {
   if (options_.stats.empty() && options_.report.empty()) return;
   const Json stats = stats_json(*done_, error_, prepared_, times_, facts_);
   if (!options_.stats.empty()) write_stats(options_.stats, stats);
-  const ReportPicture picture{.film = done_->film, .denoised = denoised_ ? &*denoised_ : nullptr, .look = options_.png};
+  const ReportPicture picture{
+      .film = done_->film, .denoised = denoised_ ? &*denoised_ : nullptr, .display = options_.png};
   if (!options_.report.empty()) write_report(options_.report, stats, picture, *trace_);
 }
 

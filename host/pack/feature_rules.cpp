@@ -34,13 +34,13 @@ template <Feature feature>
 Need texture_rule(const SceneFacts& facts) {
   return if_some_material(facts, "no such texture", [](const Material& m) {
     bool has = false;
-    const auto look = [&](auto parameter, std::size_t) {
+    const auto check = [&](auto parameter, std::size_t) {
       if constexpr (std::is_same_v<decltype(parameter), MaterialTexture>)
         has = has || (parameter.feature == feature && m.*parameter.of);
     };
-    ParametersOf<MaterialRecord>::visit(look);
-    ParametersOf<MaterialExtension>::visit(look);
-    ParametersOf<MaterialDetail>::visit(look);
+    ParametersOf<MaterialRecord>::visit(check);
+    ParametersOf<MaterialExtension>::visit(check);
+    ParametersOf<MaterialDetail>::visit(check);
     return has;
   });
 }

@@ -21,8 +21,8 @@ Features::Features(const Scene& scene, const Settings& settings)
       has_rough_targets_(std::ranges::any_of(scene.materials, is_rough_light_target)) {
   const SceneFacts facts(scene, settings);
   const auto add = [&](const char* kind, const char* name, int channels) {
-    Need need = need_of(Feature(ledger_.size()), facts);
-    ledger_.push_back({kind, name, channels, need.on, std::move(need.reason)});
+    Need need = need_of(Feature(entries_.size()), facts);
+    entries_.push_back({kind, name, channels, need.on, std::move(need.reason)});
   };
   // Numbers of channels in features.def are expressions of these two.
   const int EK_BOUNCE_BINS = int(scatter_bounds_.size()) + 1, EK_LIGHT_GROUPS = int(light_groups_.size());
@@ -43,25 +43,25 @@ Features::Features(const Scene& scene, const Settings& settings)
 }
 
 void Features::set_two_level(bool on, const std::string& reason) {
-  FeatureEntry& entry = ledger_[std::size_t(Feature::instance)];
+  FeatureEntry& entry = entries_[std::size_t(Feature::instance)];
   entry.on = on;
   entry.reason = reason;
 }
 
 void Features::set_guiding(bool guiding, bool path_log) {
-  ledger_[std::size_t(Feature::guiding)].on = guiding;
-  ledger_[std::size_t(Feature::path_log)].on = path_log;
+  entries_[std::size_t(Feature::guiding)].on = guiding;
+  entries_[std::size_t(Feature::path_log)].on = path_log;
 }
 
 void Features::leave_out_light_paths() {
-  FeatureEntry& entry = ledger_[std::size_t(Feature::light_paths)];
+  FeatureEntry& entry = entries_[std::size_t(Feature::light_paths)];
   entry.on = false;
   entry.reason = "a trial found that they do not pay";
 }
 
 std::map<std::string, std::string> Features::defines() const {
   std::map<std::string, std::string> defines;
-  for (const FeatureEntry& feature : ledger_) defines["EK_HAS_" + feature.name] = feature.on ? "1" : "0";
+  for (const FeatureEntry& feature : entries_) defines["EK_HAS_" + feature.name] = feature.on ? "1" : "0";
   if (has(Feature::bounce_bins)) {
     std::uint32_t bounds = 0;
     for (const std::uint32_t bound : scatter_bounds_) bounds |= 1U << bound;
@@ -83,7 +83,7 @@ std::vector<std::string> Features::film_channels() const {
   const auto add = [&](Feature feature, FilmSum sum) {
     if (!has(feature)) return;
     const std::vector<std::string> names = film_channels_of(sum, scatter_bounds_, light_groups_);
-    const FeatureEntry& entry = ledger_[std::size_t(feature)];
+    const FeatureEntry& entry = entries_[std::size_t(feature)];
     if (int(names.size()) != entry.channels) throw InternalError("channels of layer '" + entry.name + "' disagree");
     channels.insert(channels.end(), names.begin(), names.end());
   };
@@ -94,7 +94,7 @@ std::vector<std::string> Features::film_channels() const {
 
 std::string Features::summary() const {
   std::string text;
-  for (const FeatureEntry& feature : ledger_)
+  for (const FeatureEntry& feature : entries_)
     if (feature.on) text += (text.empty() ? "" : " ") + feature.name;
   return text;
 }

@@ -24,6 +24,7 @@ struct Need {
   std::string reason;  // who needs it, or why it is out
 };
 
+/// A feature, and whether the kernels are compiled with it.
 struct FeatureEntry {
   std::string kind;  // "lobe", "light", "shape", "option", "layer"
   std::string name;
@@ -32,13 +33,14 @@ struct FeatureEntry {
   std::string reason;  // who needs it, or why it is out
 };
 
+/// What the kernels of a scene are compiled for: each feature of features.def is on or off, with the reason.
 class Features {
  public:
   Features(const Scene& scene, const Settings& settings);
 
   /// One entry per feature, in the order of features.def.
-  [[nodiscard]] const std::vector<FeatureEntry>& ledger() const { return ledger_; }
-  [[nodiscard]] bool has(Feature feature) const { return ledger_[std::size_t(feature)].on; }
+  [[nodiscard]] const std::vector<FeatureEntry>& entries() const { return entries_; }
+  [[nodiscard]] bool has(Feature feature) const { return entries_[std::size_t(feature)].on; }
   /// True if rays that leave the scene meet light.
   [[nodiscard]] bool has_environment() const { return has(Feature::environment) || has(Feature::environment_map); }
   /// Turns feature `instance` on or off. It depends on more than scene and settings (features_of),
@@ -48,7 +50,7 @@ class Features {
   /// the scene is packed: path_log for the pilot's program, guiding for the render's.
   void set_guiding(bool guiding, bool path_log);
   /// Turns photons off, for the program of a pilot.
-  void leave_out_merging() { ledger_[std::size_t(Feature::merging)].on = false; }
+  void leave_out_merging() { entries_[std::size_t(Feature::merging)].on = false; }
   /// Turns light paths off, because a trial found that they do not pay.
   void leave_out_light_paths();
   /// The defines of a program: EK_HAS_<name> as 0 or 1 for every feature, and the numbers that some
@@ -67,7 +69,7 @@ class Features {
   [[nodiscard]] std::string summary() const;
 
  private:
-  std::vector<FeatureEntry> ledger_;
+  std::vector<FeatureEntry> entries_;
   std::string formula_code_;
   std::size_t formula_count_ = 0;
   std::vector<std::uint32_t> scatter_bounds_;  // layers.h

@@ -29,7 +29,7 @@ std::string report_page(const RenderPage& parts) {
                                               {"stats", parts.stats},
                                               {"picture", parts.picture},
                                               {"timeline", parts.timeline},
-                                              {"look", parts.look}});
+                                              {"display", parts.display}});
 }
 
 std::string batch_page(const Json& batch) {

@@ -11,9 +11,9 @@ namespace eikon {
 /// stats     as --stats has them (job/report/stats_schema.json)
 /// picture   of page_picture(), or null
 /// timeline  of page_timeline(), or null
-/// look      {"exposure": EV, "tone": name of a tone curve}, with which the picture is shown first
+/// display   {"exposure": EV, "tone": name of a tone curve}, with which the picture is shown first
 struct RenderPage {
-  const Json &stats, &picture, &timeline, &look;
+  const Json &stats, &picture, &timeline, &display;
 };
 [[nodiscard]] std::string report_page(const RenderPage& parts);
 

@@ -44,12 +44,12 @@ TEST(Report, a_page_of_a_render_has_picture_error_time_and_facts) {
   EXPECT_EQ(data.at("picture").at("width"), 40);
   EXPECT_TRUE(data.at("picture").at("rgbe").get<std::string>().starts_with("data:image/png;base64,iVBOR"));
   EXPECT_TRUE(data.at("picture").at("error").get<std::string>().starts_with("data:image/png;base64,iVBOR"));
-  EXPECT_EQ(data.at("look"), json({{"exposure", 1.5}, {"tone", "agx"}}));
+  EXPECT_EQ(data.at("display"), json({{"exposure", 1.5}, {"tone", "agx"}}));
   for (const char* counter : {"predicted relMSE", "predicted relMSE, low", "predicted relMSE, high"})
     EXPECT_GE(data.at("timeline").at("counters").at(counter).size(), 1U) << counter;
   EXPECT_TRUE(contains(data.at("stats").at("command"), "--spp=16"));
-  const auto& ledger = data.at("stats").at("ledger");
-  EXPECT_TRUE(std::any_of(ledger.begin(), ledger.end(),
+  const auto& features = data.at("stats").at("ledger");
+  EXPECT_TRUE(std::any_of(features.begin(), features.end(),
                           [](const json& entry) { return entry.at("name") == "area" && entry.at("on") == true; }));
 }
 

@@ -312,7 +312,7 @@ ExitCode info_command(const InfoOptions& options) {
   print_enclosed_lights(scene, contents.light.packed);
   print_unsampled_emitters(scene);
   fmt::print("features\n");
-  for (const FeatureEntry& feature : contents.features.ledger())
+  for (const FeatureEntry& feature : contents.features.entries())
     fmt::print("  {:<7} {:<16} {:<3}  {}\n", feature.kind, feature.name, feature.on ? "in" : "out", printable(feature.reason));
   fmt::print("memory, of each device and of the host\n");
   print_scene_memory(contents);

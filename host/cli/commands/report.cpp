@@ -58,8 +58,9 @@ ExitCode report_command(const ReportOptions& options) {
   require_writable({options.output}, {.files = {options.stats, options.profile, options.image}});
   const Json stats = read_stats(options.stats), timeline = read_timeline(options.profile);
   const Json picture = options.image.empty() ? Json(nullptr) : page_picture(read_exr(options.image));
-  const Json look = {{"exposure", 0}, {"tone", name_of(ToneMap::none)}};
-  write_text(options.output, report_page({.stats = stats, .picture = picture, .timeline = timeline, .look = look}));
+  const Json display = {{"exposure", 0}, {"tone", name_of(ToneMap::none)}};
+  write_text(options.output,
+             report_page({.stats = stats, .picture = picture, .timeline = timeline, .display = display}));
   return ExitCode::done;
 }
 

@@ -38,12 +38,13 @@ class Splitter {
   std::string word_;
   bool in_word_ = false;  // also in an empty one, ''
 
-  [[nodiscard]] char look(std::size_t ahead = 0) const {
+  /// Returns the character so many places ahead without taking it; a newline at the end of the text.
+  [[nodiscard]] char peek(std::size_t ahead = 0) const {
     return at_ + ahead < text_.size() ? text_[at_ + ahead] : '\n';
   }
   [[nodiscard]] std::size_t end_of_line(std::size_t ahead = 0) const {  // characters that end the line here; 0: none
-    if (look(ahead) == '\n') return 1;
-    return look(ahead) == '\r' && look(ahead + 1) == '\n' ? 2 : 0;
+    if (peek(ahead) == '\n') return 1;
+    return peek(ahead) == '\r' && peek(ahead + 1) == '\n' ? 2 : 0;
   }
   [[nodiscard]] bool at_end_of_line() const { return end_of_line() > 0; }
 
@@ -67,7 +68,7 @@ class Splitter {
   }
 
   void step() {
-    const char c = look();
+    const char c = peek();
     if (c == ' ' || c == '\t') return end_word(), void(++at_);
     if (c == '#' && !in_word_) {
       while (at_ < text_.size() && !at_end_of_line()) ++at_;
@@ -92,15 +93,15 @@ class Splitter {
   }
   void single_quoted() {
     ++at_, in_word_ = true;
-    while (look() != '\'' && !at_end_of_line()) take();
+    while (peek() != '\'' && !at_end_of_line()) take();
     close('\'');
   }
   void double_quoted() {
     ++at_, in_word_ = true;
-    while (job_.error.empty() && look() != '"' && !at_end_of_line()) {
-      const char c = look();
+    while (job_.error.empty() && peek() != '"' && !at_end_of_line()) {
+      const char c = peek();
       if (c == '$' || c == '`') return refuse(c, "expanded");
-      if (c == '\\' && std::string_view("$`\"\\").find(look(1)) != std::string_view::npos) {
+      if (c == '\\' && std::string_view("$`\"\\").find(peek(1)) != std::string_view::npos) {
         ++at_;
       } else if (c == '\\' && at_ + 1 < text_.size() && end_of_line(1) > 0) {
         at_ += 1 + end_of_line(1), line_ += 1;
@@ -111,7 +112,7 @@ class Splitter {
     if (job_.error.empty()) close('"');
   }
   void close(char quote) {
-    if (look() == quote && at_ < text_.size())
+    if (peek() == quote && at_ < text_.size())
       ++at_;
     else if (job_.error.empty())
       job_.error = fmt::format("there is no closing {} before the end of the line", quote);

@@ -126,7 +126,7 @@ json settings_json(const Prepared& prepared) {
   return settings;
 }
 
-json ledger_json(const std::vector<FeatureEntry>& features) {
+json feature_list_json(const std::vector<FeatureEntry>& features) {
   json list = json::array();
   for (const FeatureEntry& feature : features)
     list.push_back({{"kind", feature.kind}, {"name", feature.name}, {"on", feature.on}, {"reason", feature.reason}});
@@ -149,7 +149,7 @@ RenderFacts facts_of(const Prepared& prepared, const Execution& execution, const
       {"nodes", scene.nodes.size()},         {"meshes", scene.meshes.size()},         {"shapes", scene.shapes.size()},
       {"materials", scene.materials.size()}, {"images", scene.images.size()},         {"lights", scene.lights.size()},
       {"cameras", scene.cameras.size()},     {"animations", scene.animations.size()}, {"skins", scene.skins.size()}};
-  return {command, std::move(contents), features_of(scene, prepared.settings, execution).ledger()};
+  return {command, std::move(contents), features_of(scene, prepared.settings, execution).entries()};
 }
 
 // stats_schema.json documents each field; a test holds the two together.
@@ -163,7 +163,7 @@ json stats_json(const RenderOutput& done, const PredictedError& error, const Pre
       {"version", "eikon " EIKON_VERSION},
       {"command", facts.command},
       {"settings", settings_json(prepared)},
-      {"ledger", ledger_json(facts.features)},
+      {"ledger", feature_list_json(facts.features)},  // this name is part of schema version 2
       {"scene", scene_json(*prepared.scene, facts)},
       {"size", {settings.width, settings.height}},
       {"sample_range", {settings.sample_begin, settings.sample_end}},

@@ -41,11 +41,11 @@ Json report_picture(const ReportPicture& picture) {
 
 void write_report(const std::filesystem::path& path, const Json& stats, const ReportPicture& picture,
                   const Trace& trace) {
-  write_text(path,
-             report_page({.stats = stats,
-                          .picture = report_picture(picture),
-                          .timeline = page_timeline(trace_events(trace)),
-                          .look = {{"exposure", picture.look.exposure()}, {"tone", name_of(picture.look.tone_map)}}}));
+  write_text(path, report_page({.stats = stats,
+                                .picture = report_picture(picture),
+                                .timeline = page_timeline(trace_events(trace)),
+                                .display = {{"exposure", picture.display.exposure()},
+                                            {"tone", name_of(picture.display.tone_map)}}}));
 }
 
 }  // namespace eikon

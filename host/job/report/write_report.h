@@ -13,7 +13,7 @@ namespace eikon {
 struct ReportPicture {
   const Film& film;
   const Image* denoised = nullptr;  // shown instead of the film's R, G and B; null: there is none
-  const PngOptions& look;           // the exposure and tone curve with which the page shows the picture first
+  const PngOptions& display;        // the exposure and tone curve with which the page shows the picture first
 };
 
 /// The picture as the page has it, which is most of the page.

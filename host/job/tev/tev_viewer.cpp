@@ -22,7 +22,7 @@ namespace {
 constexpr double kPatience_s = 10, kLastPatience_s = 5;
 constexpr double kMostAtEnd_s = 60;  // that the end of a render waits for a viewer that reads slowly
 constexpr double kReserve_s = 1;     // for the thread to notice that the time is over
-constexpr std::chrono::milliseconds kLookInterval{50};
+constexpr std::chrono::milliseconds kPollInterval{50};
 constexpr double kCopyingShare = 1.0 / 50;  // of the time of the devices, which wait for it
 
 }  // namespace
@@ -144,7 +144,7 @@ struct TevViewer::Shared {
   /// Returns false, once the time is over, if the thread is lost.
   [[nodiscard]] bool wait_for_end() {
     std::unique_lock lock(mutex);
-    while (!ended && host_seconds() < latest_s() + kReserve_s) changed.wait_for(lock, kLookInterval);
+    while (!ended && host_seconds() < latest_s() + kReserve_s) changed.wait_for(lock, kPollInterval);
     if (ended) return true;
     lost = true;
     failure = "its name is still being looked up";

@@ -48,12 +48,12 @@ function canvasFor(picture, name) {
   return el("canvas", { width: picture.width, height: picture.height, role: "img", "aria-label": name, class: picture.width < 400 ? "coarse" : null });
 }
 
-function pictureFigure(picture, look) {
+function pictureFigure(picture, display) {
   const canvas = canvasFor(picture, "the rendered picture");
   const shown = el("output", {}, "");
-  const start = isNumber(look.exposure) ? look.exposure : 0;
+  const start = isNumber(display.exposure) ? display.exposure : 0;
   const slider = el("input", { type: "range", id: "exposure", min: Math.min(-10, start - 5), max: Math.max(10, start + 5), step: 0.1, value: start });
-  const tone = el("select", { id: "tone" }, ...TONES.map((name) => el("option", { value: name, selected: name === look.tone }, name)));
+  const tone = el("select", { id: "tone" }, ...TONES.map((name) => el("option", { value: name, selected: name === display.tone }, name)));
   const value = el("span", { class: "mono" });
   const context = canvas.getContext("2d");
   linearOf(picture).then((linear) => {
@@ -215,7 +215,7 @@ function timelinePart(timeline) {
     el("div", { class: "scroll" }, timelineChart(timeline))];
 }
 
-function ledger(stats) {
+function featureTables(stats) {
   const all = listOf(stats.ledger);
   if (all.length === 0) return stats.features ? el("p", {}, stats.features) : null;
   const columns = [
@@ -277,12 +277,12 @@ function renderReport() {
   document.getElementById("title").textContent = path ? String(path).split("/").pop() : "Render";
   document.getElementById("made-by").textContent = "Report of a render by " + (stats.version || "eikon");
   document.getElementById("summary").append(...summary(stats));
-  section("Picture", () => picture && el("div", { class: "pictures" }, pictureFigure(picture, data.look || {}), picture.error ? errorFigure(picture) : el("p", { class: "soft" }, "Nothing is known of the error of single pixels.")));
+  section("Picture", () => picture && el("div", { class: "pictures" }, pictureFigure(picture, data.display || {}), picture.error ? errorFigure(picture) : el("p", { class: "soft" }, "Nothing is known of the error of single pixels.")));
   section("Error over time", () => errorOverTime(stats, data.timeline));
   section("Where the time went", () => whereTimeWent(stats));
   section("Timeline", () => timelinePart(data.timeline));
   section("Scene", () => sceneFacts(stats));
-  section("Features", () => ledger(stats));
+  section("Features", () => featureTables(stats));
   section("Settings", () => settingsTable(stats));
   section("What went wrong", () => eventsPart(stats));
 }

@@ -22,7 +22,7 @@ namespace {
 
 constexpr unsigned kAttempts = 3;         // on one device, as units have before it is dropped
 constexpr double kPatience_s = 0.1;       // with a thread whose pilot nobody wants any more
-constexpr double kLookInterval_s = 0.05;  // for signals, clocks and devices that hang
+constexpr double kPollInterval_s = 0.05;  // for signals, clocks and devices that hang
 
 /// A call into the device's driver does not return. The device is not tried again, unlike one that only failed.
 struct HungDevice : DeviceError {
@@ -41,7 +41,7 @@ class PilotWork : public PilotSteps {
         info_(devices.devices[device]),
         execution_(devices.executions[device]),
         since_s_(host_seconds()),
-        looked_s_(since_s_) {
+        polled_s_(since_s_) {
     if (shrink == 0) return;
     const std::uint32_t pool = shrunk_unit(kMostPilotPool, shrink);
     execution_.unit_paths = execution_.unit_paths == 0 ? pool : std::min(execution_.unit_paths, pool);
@@ -89,7 +89,7 @@ class PilotWork : public PilotSteps {
   [[nodiscard]] bool wait(const std::atomic<bool>& stop, double latest_s) {
     std::unique_lock lock(mutex_);
     double unwanted_s = 0;
-    while (!changed_.wait_for(lock, std::chrono::duration<double>(kLookInterval_s), [&] { return ended_; })) {
+    while (!changed_.wait_for(lock, std::chrono::duration<double>(kPollInterval_s), [&] { return ended_; })) {
       const double now_s = host_seconds();
       if (!unwanted_ && (stop.load() || now_s >= latest_s)) unwanted_ = true, unwanted_s = now_s;
       const bool hangs = is_late(now_s);
@@ -112,7 +112,7 @@ class PilotWork : public PilotSteps {
  private:
   /// Returns true if the device hangs, and then says in why_ what it was doing.
   [[nodiscard]] bool is_late(double now_s) {
-    const double gap_s = now_s - std::exchange(looked_s_, now_s);
+    const double gap_s = now_s - std::exchange(polled_s_, now_s);
     const double watchdog_s = execution_.watchdog_s;
     // Beside units the device gets tables and the host learns from what was found. That takes far less than a unit of
     // unknown duration may.
@@ -135,7 +135,7 @@ class PilotWork : public PilotSteps {
   std::mutex mutex_;  // guards all below
   std::condition_variable changed_;
   bool is_open_ = false, ended_ = false, unwanted_ = false, lost_ = false;
-  double since_s_, looked_s_;  // begin of opening, of the unit, or of the time after it; the last look
+  double since_s_, polled_s_;  // begin of opening, of the unit, or of the time after it; when is_late() was called last
   WatchedPhase phase_;
   std::uint64_t paths_ = 0, done_paths_ = 0;  // of the unit under way, 0 while there is none; of those before
   double done_s_ = 0;

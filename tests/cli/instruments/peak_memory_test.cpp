@@ -265,7 +265,7 @@ TEST(PeakMemory, of_info_with_compressed_meshes_is_within_what_it_says_of_them) 
 
 TEST(PeakMemory, does_not_grow_with_samples) {
   const Workplace here;
-  // Room for so many samples would be 12 bytes each: 3 and 25 MB. Units are as large in both, and the ledger has no more parts.
+  // Room for so many samples would be 12 bytes each: 3 and 25 MB. Units are as large in both, and the set of samples has no more parts.
   const auto peak = [&](int spp) {
     return peak_bytes(here, "render --devices cpu " + scene("cornell.gltf") +
                                 " -o out.exr --size 64x64 --quiet --spp " + std::to_string(spp));

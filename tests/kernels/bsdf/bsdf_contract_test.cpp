@@ -41,7 +41,7 @@ TEST(BsdfContract, M5_with_energy_compensation_no_more_light_leaves_than_arrives
         q.draw(kSamples, which, from_angle(angle, 0.7), random);
       const Answers answers = scatter(all, q, false, true, true);
       for (std::uint32_t which = 0; which < all.size(); ++which) {
-        if (all[which].look.roughness_x >= 0 && all[which].refracts()) continue;
+        if (all[which].material.roughness_x >= 0 && all[which].refracts()) continue;
         const double eta2 = all[which].refracts() ? all[which].eta() * all[which].eta() : 1;
         for (std::size_t c = 0; c < 3; ++c) {
           std::vector<double> power;
@@ -52,7 +52,7 @@ TEST(BsdfContract, M5_with_energy_compensation_no_more_light_leaves_than_arrives
           }
           const Mean albedo = mean_of(power);
           most = std::max(most, albedo.mean);
-          const double table = all[which].lets_through() ? 0.03 : all[which].look.roughness_x >= 0 ? 0.012 : 0.005;
+          const double table = all[which].lets_through() ? 0.03 : all[which].material.roughness_x >= 0 ? 0.012 : 0.005;
           EXPECT_LE(albedo.mean, 1 + 4 * albedo.standard_error + table)
               << all[which].name << ", roughness " << roughness << ", " << angle << " degrees";
         }
@@ -70,13 +70,13 @@ TEST(BsdfContract, every_lobe_is_linear_in_its_colours) {
     std::vector<Specimen> all;
     std::size_t kinds = 0;
     for (const Specimen& s : specimens(roughness)) {
-      if (s.look.iridescence > 0 && s.look.metallic > 0 && s.lobe != kLobe_conductor) continue;
+      if (s.material.iridescence > 0 && s.material.metallic > 0 && s.lobe != kLobe_conductor) continue;
       ++kinds;
       for (int i = 0; i < 3; ++i) {
         Specimen one = s;
         const std::array<float, 3> dark{0, 0.25F, 0.5F}, bright{1, 0.75F, 0.5F}, mean{0.5F, 0.5F, 0.5F};
-        one.look.base_color = i == 0 ? dark : i == 1 ? bright : mean;
-        if (one.look.diffuse_transmission > 0) one.look.diffuse_transmission_color = one.look.base_color;
+        one.material.base_color = i == 0 ? dark : i == 1 ? bright : mean;
+        if (one.material.diffuse_transmission > 0) one.material.diffuse_transmission_color = one.material.base_color;
         all.push_back(one);
       }
     }

@@ -15,11 +15,11 @@ Mean furnace(const Specimen& specimen, const Direction& wo, bool compensated, un
   Queries q;
   q.compared = 1024;
   q.draw(kSamples, 0, wo, random);
-  const Answers answers = scatter({specimen}, q, false, specimen.look.roughness_x >= 0, compensated);
+  const Answers answers = scatter({specimen}, q, false, specimen.material.roughness_x >= 0, compensated);
   std::vector<double> shown;
   for (std::size_t i = 0; i < q.size(); ++i) {
     const Sampled s = answers.sample(i);
-    const double beyond = s.wi[2] < 0 && specimen.look.solid ? specimen.eta() * specimen.eta() : 1;
+    const double beyond = s.wi[2] < 0 && specimen.material.solid ? specimen.eta() * specimen.eta() : 1;
     shown.push_back(s.pdf > 0 ? s.weight[0] * beyond : 0);
   }
   return mean_of(shown);
@@ -31,7 +31,7 @@ void check_furnace(const Specimen& made, double bound, double bound_at_grazing) 
   for (const float roughness : {0.0F, 0.1F, 0.2F, 0.35F, 0.5F, 0.7F, 0.85F, 1.0F})
     for (const double angle : {0.0, 30.0, 60.0, 80.0, 87.0, 89.5}) {
       Specimen specimen = made;
-      specimen.look.roughness = roughness;
+      specimen.material.roughness = roughness;
       const Direction wo = from_angle(angle, 0.1);
       const Mean m = furnace(specimen, wo, true, seed++);
       SCOPED_TRACE(made.name + ", roughness " + std::to_string(roughness) + ", " + std::to_string(angle) + " degrees");
@@ -45,14 +45,14 @@ void check_furnace(const Specimen& made, double bound, double bound_at_grazing) 
 
 TEST(EnergyCompensation, M4_white_metal_cannot_be_seen_in_the_white_furnace) {
   check_furnace({"white metal", kLobe_metallic_roughness, {.metallic = 1}}, 0.005, 0.005);
-  Look perfect{.metallic = 1};
+  ProbeMaterial perfect{.metallic = 1};
   perfect.eta = {1, 1, 1};
   perfect.k = {16384, 16384, 16384};
   check_furnace({"conductor that reflects everything", kLobe_conductor, perfect}, 0.005, 0.005);
 }
 
 TEST(EnergyCompensation, M4_clear_glass_cannot_be_seen_in_the_white_furnace_from_either_side) {
-  Look glass{.transmission = 1};
+  ProbeMaterial glass{.transmission = 1};
   glass.solid = true;
   for (const float ior : {1.2F, 1.5F, 2.4F})
     for (const bool front : {true, false}) {
@@ -65,7 +65,7 @@ TEST(EnergyCompensation, M4_clear_glass_cannot_be_seen_in_the_white_furnace_from
 }
 
 TEST(EnergyCompensation, coloured_metal_darkens_where_light_meets_it_more_than_once) {
-  Look gold{.base_color = {0.5F, 0.5F, 0.5F}, .metallic = 1, .roughness = 1};
+  ProbeMaterial gold{.base_color = {0.5F, 0.5F, 0.5F}, .metallic = 1, .roughness = 1};
   const Specimen specimen{"half reflecting metal", kLobe_metallic_roughness, gold};
   const Mean m = furnace(specimen, {0, 0, 1}, true, 5), single = furnace(specimen, {0, 0, 1}, false, 6);
   // Each further reflection is by the mean reflectance f; a share of 1 - .4091 (the mean albedo) goes on to the next one.
@@ -79,9 +79,9 @@ TEST(EnergyCompensation, brushed_metal_is_nearly_as_bright_as_its_surroundings) 
        {std::pair(1.0F, 0.3F), std::pair(1.0F, 0.6F), std::pair(0.7F, 0.2F), std::pair(1.0F, 0.05F)})
     for (const double angle : {0.0, 30.0, 60.0, 80.0})
       for (const double turn : {0.0, 0.125, 0.25}) {
-        Look look{.metallic = 1, .roughness = y};
-        look.roughness_x = x;
-        const Mean m = furnace({"brushed", kLobe_metallic_roughness, look}, from_angle(angle, turn), true, 7);
+        ProbeMaterial material{.metallic = 1, .roughness = y};
+        material.roughness_x = x;
+        const Mean m = furnace({"brushed", kLobe_metallic_roughness, material}, from_angle(angle, turn), true, 7);
         // The tables say at most .11 too little is lost, and the mean at most .0055 too little, in parts of what is lost
         // (tools/tables/make_anisotropy_table.py --check).
         SCOPED_TRACE(std::to_string(x) + " " + std::to_string(y) + ", " + std::to_string(angle) +

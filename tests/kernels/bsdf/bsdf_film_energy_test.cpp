@@ -8,24 +8,24 @@
 namespace eikon::test {
 namespace {
 
-Look filmy(Look look, float index, float nm) {
-  look.iridescence = 1;
-  look.film_index = index;
-  look.film_nm = nm;
-  return look;
+ProbeMaterial filmy(ProbeMaterial material, float index, float nm) {
+  material.iridescence = 1;
+  material.film_index = index;
+  material.film_nm = nm;
+  return material;
 }
-Look conductor(std::array<float, 3> eta, std::array<float, 3> k) {
-  Look look{.metallic = 1};
-  look.eta = eta;
-  look.k = k;
-  return look;
+ProbeMaterial conductor(std::array<float, 3> eta, std::array<float, 3> k) {
+  ProbeMaterial material{.metallic = 1};
+  material.eta = eta;
+  material.k = k;
+  return material;
 }
 
 enum : std::uint32_t { kWhite, kPerfect, kSteel, kCopper, kPane, kLens, kLensInside, kOthers };
 
 /// Before the specimens of all tests: with them, the program is that of the test of reciprocity.
 std::vector<Specimen> films(float roughness) {
-  Look lens{.transmission = 1};
+  ProbeMaterial lens{.transmission = 1};
   lens.solid = true;
   std::vector<Specimen> all{
       {"white metal", kLobe_metallic_roughness, filmy({.metallic = 1}, 1.7F, 400)},
@@ -37,7 +37,7 @@ std::vector<Specimen> films(float roughness) {
       {"soap bubble", kLobe_transmission, filmy({.transmission = 1}, 1.33F, 380)},
       {"coated lens", kLobe_transmission, filmy(lens, 1.38F, 110)},
       {"coated lens, from inside", kLobe_transmission, filmy(lens, 1.38F, 110), false}};
-  for (Specimen& s : all) s.look.roughness = roughness;
+  for (Specimen& s : all) s.material.roughness = roughness;
   for (Specimen& s : specimens(roughness)) all.push_back(std::move(s));
   return all;
 }
@@ -58,7 +58,7 @@ std::vector<std::array<Mean, 3>> furnace(const std::vector<Specimen>& all, const
       std::vector<double> values;
       for (std::size_t i = k * samples; i < (k + 1) * samples; ++i) {
         const Sampled s = answers.sample(i);
-        const double beyond = s.wi[2] < 0 && specimen.look.solid ? specimen.eta() * specimen.eta() : 1;
+        const double beyond = s.wi[2] < 0 && specimen.material.solid ? specimen.eta() * specimen.eta() : 1;
         values.push_back(s.pdf > 0 ? s.weight[c] * beyond : 0);
       }
       shown.back()[c] = mean_of(values);
@@ -73,7 +73,7 @@ void expect_as_bright_as_its_surroundings(const std::vector<Specimen>& all, cons
   for (std::size_t i = 0; i < shown.size(); ++i)
     for (std::size_t c = 0; c < 3; ++c)
       EXPECT_NEAR(shown[i][c].mean, 1, 4 * shown[i][c].standard_error + bound)
-          << all[which[i]].name << ", roughness " << all[which[i]].look.roughness << ", " << angle
+          << all[which[i]].name << ", roughness " << all[which[i]].material.roughness << ", " << angle
           << " degrees, channel " << c;
 }
 
@@ -83,20 +83,22 @@ TEST(FilmEnergy, M4_white_metal_under_a_film_cannot_be_seen_in_the_white_furnace
       expect_as_bright_as_its_surroundings(films(roughness), {kWhite, kPerfect}, angle, 0.005);
 }
 
-/// What a film of these looks reflects at these cosines.
+/// What the film on a specimen reflects at these cosines.
 std::vector<Words> film_of(const Specimen& s, const std::vector<float>& cosines) {
   const auto all = [&](float x) { return as_words(std::vector<float>(cosines.size(), x)); };
-  const Look& look = s.look;
+  const ProbeMaterial& material = s.material;
   if (s.lobe == kLobe_conductor)
-    return film_probe().run("probe_film_conductor",
-                            {all(look.film_index), all(look.film_nm * 1e-9F), all(look.eta[0]), all(look.eta[1]),
-                             all(look.eta[2]), all(look.k[0]), all(look.k[1]), all(look.k[2]), as_words(cosines)},
-                            3);
+    return film_probe().run(
+        "probe_film_conductor",
+        {all(material.film_index), all(material.film_nm * 1e-9F), all(material.eta[0]), all(material.eta[1]),
+         all(material.eta[2]), all(material.k[0]), all(material.k[1]), all(material.k[2]), as_words(cosines)},
+        3);
   std::vector<Words> rgb;
   for (std::size_t c = 0; c < 3; ++c)
     rgb.push_back(film_probe().run(
         "probe_film_reflectance",
-        {all(look.film_index), all(look.film_nm * 1e-9F), all(look.base_color[c]), as_words(cosines)}, 3)[c]);
+        {all(material.film_index), all(material.film_nm * 1e-9F), all(material.base_color[c]), as_words(cosines)},
+        3)[c]);
   return rgb;
 }
 

@@ -333,8 +333,8 @@ std::vector<Known> known_materials() {
   copper.material.lobe = Lobe::conductor;
   copper.material.conductor_eta = {0.216561F, 0.958162F, 1.165808F};
   copper.material.conductor_k = {3.637741F, 2.577065F, 2.393857F};
-  copper.specimen.look.eta = {0.216561F, 0.958162F, 1.165808F};
-  copper.specimen.look.k = {3.637741F, 2.577065F, 2.393857F};
+  copper.specimen.material.eta = {0.216561F, 0.958162F, 1.165808F};
+  copper.specimen.material.k = {3.637741F, 2.577065F, 2.393857F};
   Known plastic{"plastic", {}, {"", kLobe_metallic_roughness, {.base_color = {0.7F, 0.3F, 0.1F}, .roughness = 0.4F}}};
   plastic.material.base_color = {0.7F, 0.3F, 0.1F};
   plastic.material.metallic = 0;
@@ -345,8 +345,8 @@ std::vector<Known> known_materials() {
   phong.material.phong_shininess = 200;
   phong.material.phong_specular = {0.2F, 0.3F, 0.1F};
   phong.material.metallic = 0;
-  phong.specimen.look.shininess = 200;
-  phong.specimen.look.highlight = {0.2F, 0.3F, 0.1F};
+  phong.specimen.material.shininess = 200;
+  phong.specimen.material.highlight = {0.2F, 0.3F, 0.1F};
   return {lambert, copper, plastic, phong};
 }
 

@@ -73,7 +73,7 @@ TEST(Conductor, M14_without_absorption_it_is_a_dielectric) {
 }
 
 TEST(Conductor, a_smooth_one_is_a_mirror_of_that_reflectance) {
-  Look gold{.metallic = 1, .roughness = 0};
+  ProbeMaterial gold{.metallic = 1, .roughness = 0};
   gold.eta = {0.16779F, 0.350409F, 1.508458F};
   gold.k = {3.137816F, 2.714063F, 1.87885F};
   Queries q;
@@ -89,9 +89,9 @@ TEST(Conductor, a_smooth_one_is_a_mirror_of_that_reflectance) {
 }
 
 Specimen brushed(float roughness_x, float roughness_y, float metallic = 1) {
-  Look look{.base_color = {1, 1, 1}, .metallic = metallic, .roughness = roughness_y};
-  look.roughness_x = roughness_x;
-  return {"brushed", kLobe_metallic_roughness, look};
+  ProbeMaterial material{.base_color = {1, 1, 1}, .metallic = metallic, .roughness = roughness_y};
+  material.roughness_x = roughness_x;
+  return {"brushed", kLobe_metallic_roughness, material};
 }
 
 Direction swapped(const Direction& w) { return {w[1], w[0], w[2]}; }

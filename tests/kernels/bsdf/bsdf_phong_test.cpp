@@ -22,10 +22,10 @@ Mean albedo_of(const Specimen& specimen, double angle, unsigned samples = 200000
 }
 
 Specimen highlight(float shininess, float specular, float base) {
-  Look look{.base_color = {base, base, base}};
-  look.shininess = shininess;
-  look.highlight = {specular, specular, specular};
-  return {"highlight", kLobe_phong, look};
+  ProbeMaterial material{.base_color = {base, base, base}};
+  material.shininess = shininess;
+  material.highlight = {specular, specular, specular};
+  return {"highlight", kLobe_phong, material};
 }
 
 TEST(Phong, a_white_highlight_reflects_everything_at_normal_incidence_and_nowhere_more) {
@@ -72,9 +72,9 @@ TEST(Translucence, M5_a_white_sheet_returns_all_light_to_either_side) {
   for (const float roughness : {0.0F, 0.1F, 0.4F, 1.0F})
     for (const float share : {0.0F, 0.3F, 1.0F})
       for (const double angle : {0.0, 45.0, 80.0, 89.0}) {
-        Look look{.roughness = roughness};
-        look.diffuse_transmission = share;
-        const Mean m = albedo_of({"paper", kLobe_transmission, look}, angle);
+        ProbeMaterial material{.roughness = roughness};
+        material.diffuse_transmission = share;
+        const Mean m = albedo_of({"paper", kLobe_transmission, material}, angle);
         SCOPED_TRACE(std::to_string(roughness) + ", " + std::to_string(share) + ", " + std::to_string(angle));
         EXPECT_LE(m.mean, 1 + 4 * m.standard_error + 1e-6);
         EXPECT_GE(m.mean, (roughness == 0 ? 1 - 2e-6 : 0.993) - 4 * m.standard_error);
@@ -82,20 +82,20 @@ TEST(Translucence, M5_a_white_sheet_returns_all_light_to_either_side) {
 }
 
 TEST(Translucence, what_passes_is_the_colour_times_the_share_of_lambert) {
-  Look look{.base_color = {0.5F, 0.5F, 0.5F}};
-  look.specular = 0;
-  look.diffuse_transmission = 0.25F;
-  look.diffuse_transmission_color = {0.2F, 0.4F, 0.8F};
+  ProbeMaterial material{.base_color = {0.5F, 0.5F, 0.5F}};
+  material.specular = 0;
+  material.diffuse_transmission = 0.25F;
+  material.diffuse_transmission_color = {0.2F, 0.4F, 0.8F};
   std::mt19937 random(9);
   Queries q;
   for (int i = 0; i < 2000; ++i)
     q.add(0, from_cosine(0.05 + 0.95 * uniform(random), uniform(random)),
           from_cosine((i % 2 == 0 ? 1 : -1) * (0.05 + 0.95 * uniform(random)), uniform(random)), 0, 0, 0);
-  const Answers answers = scatter({{"sheet", kLobe_transmission, look}}, q);
+  const Answers answers = scatter({{"sheet", kLobe_transmission, material}}, q);
   for (std::size_t i = 0; i < q.size(); ++i)
     for (std::size_t c = 0; c < 3; ++c) {
       const double z = as_float(q.in[6][i]);
-      const double albedo = z > 0 ? 0.75 * 0.5 : 0.25 * double(look.diffuse_transmission_color[c]);
+      const double albedo = z > 0 ? 0.75 * 0.5 : 0.25 * double(material.diffuse_transmission_color[c]);
       ASSERT_NEAR(answers.eval(i, c), albedo * std::abs(z) / std::numbers::pi, 1e-6);
     }
 }

@@ -23,9 +23,9 @@ std::vector<double> fresnel(const std::vector<double>& cosines, double eta) {
 double cos_deg(double degrees) { return std::cos(degrees * std::numbers::pi / 180); }
 
 /// One specimen with the lobe of a name of features.def.
-Specimen specimen_of(const std::string& name, const Look& look, bool front = true) {
+Specimen specimen_of(const std::string& name, const ProbeMaterial& material, bool front = true) {
 #define EK_LOBE(lobe, bit) \
-  if (name == #lobe) return {#lobe, bit, look, front};
+  if (name == #lobe) return {#lobe, bit, material, front};
 #include "shared/features.def"
   throw std::logic_error("no such lobe");
 }
@@ -96,7 +96,7 @@ Shares delta_shares(const Specimen& specimen, const Direction& wo) {
 }
 
 TEST(BsdfPhysics, M11_a_slab_of_glass_passes_12_of_13_parts) {
-  const Look glass{.roughness = 0, .transmission = 1, .solid = true};
+  const ProbeMaterial glass{.roughness = 0, .transmission = 1, .solid = true};
   const Shares outside = delta_shares(specimen_of("transmission", glass), {0, 0, 1});
   const Shares inside = delta_shares(specimen_of("transmission", glass, false), {0, 0, 1});
   EXPECT_NEAR(outside.reflected, .04, 1e-7);
@@ -110,11 +110,11 @@ TEST(BsdfPhysics, M11_a_slab_of_glass_passes_12_of_13_parts) {
 TEST(BsdfPhysics, M13_extreme_indices_are_invisible_or_mirrors_and_always_finite) {
   for (const float roughness : {0.0F, 0.3F, 1.0F})
     for (const bool front : {true, false}) {
-      Look look{.base_color = {0.25F, 0.5F, 1}, .roughness = roughness, .transmission = 1, .solid = true};
+      ProbeMaterial material{.base_color = {0.25F, 0.5F, 1}, .roughness = roughness, .transmission = 1, .solid = true};
       std::vector<Specimen> all;
       for (const float ior : {1.0F, 1 + 1e-6F, 1e9F, 0.0F, 1e-12F}) {
-        look.ior = ior;
-        all.push_back(specimen_of("transmission", look, front));
+        material.ior = ior;
+        all.push_back(specimen_of("transmission", material, front));
       }
       std::mt19937 random(11);
       Queries q;
@@ -126,19 +126,19 @@ TEST(BsdfPhysics, M13_extreme_indices_are_invisible_or_mirrors_and_always_finite
       for (std::size_t i = 0; i < q.size(); ++i) {
         const std::size_t which = q.in[0][i];
         const Sampled s = answers.sample(i);
-        SCOPED_TRACE("ior " + std::to_string(all[which].look.ior) + ", roughness " + std::to_string(roughness));
+        SCOPED_TRACE("ior " + std::to_string(all[which].material.ior) + ", roughness " + std::to_string(roughness));
         for (std::size_t c = 0; c < 3; ++c) ASSERT_TRUE(std::isfinite(s.weight[c]) && std::isfinite(s.wi[c]));
         if (which == 0) {
           for (std::size_t k = 0; k < 3; ++k) {
             ASSERT_EQ(s.wi[k], -as_float(q.in[1 + k][i]));
-            ASSERT_NEAR(s.weight[k], look.base_color[k], 1e-6);
+            ASSERT_NEAR(s.weight[k], material.base_color[k], 1e-6);
           }
           ASSERT_NEAR(s.pdf, 1, 1e-6);
         } else if (which == 1) {
           if (s.wi[2] < 0) {
             for (std::size_t k = 0; k < 3; ++k) {
               ASSERT_NEAR(s.wi[k], -as_float(q.in[1 + k][i]), 1e-4);
-              ASSERT_NEAR(s.weight[k], look.base_color[k], 1e-4);
+              ASSERT_NEAR(s.weight[k], material.base_color[k], 1e-4);
             }
           }
         } else if (s.pdf > 0) {
@@ -220,8 +220,8 @@ TEST(BsdfPhysics, M7_towards_smoothness_a_surface_becomes_the_mirror_without_a_s
   // What surfaces show of a sky that varies, on both sides of the switch to delta at alpha = 2^-13 and far from it.
   const auto sky = [](const std::array<double, 3>& w) { return std::pow(1 + 0.6 * w[0] - 0.3 * w[1] + 0.5 * w[2], 2); };
   constexpr int kSamples = 200000;
-  const auto shows = [&](const Look& look, const char* lobe, double angle) {
-    const std::vector all{specimen_of(lobe, look)};
+  const auto shows = [&](const ProbeMaterial& material, const char* lobe, double angle) {
+    const std::vector all{specimen_of(lobe, material)};
     std::mt19937 random(51);
     Queries q;
     q.draw(kSamples, 0, from_angle(angle, 0.15), random);
@@ -234,13 +234,13 @@ TEST(BsdfPhysics, M7_towards_smoothness_a_surface_becomes_the_mirror_without_a_s
     return mean_of(radiance);
   };
   const float edge = std::sqrt(0x1p-13F);
-  for (const auto& [lobe, look] :
-       {std::pair("metallic_roughness", Look{.metallic = 1}), std::pair("metallic_roughness", Look{}),
-        std::pair("transmission", Look{.transmission = 1}),
-        std::pair("transmission", Look{.transmission = 1, .solid = true})})
+  for (const auto& [lobe, material] :
+       {std::pair("metallic_roughness", ProbeMaterial{.metallic = 1}), std::pair("metallic_roughness", ProbeMaterial{}),
+        std::pair("transmission", ProbeMaterial{.transmission = 1}),
+        std::pair("transmission", ProbeMaterial{.transmission = 1, .solid = true})})
     for (const double angle : {0.0, 45.0, 80.0}) {
-      SCOPED_TRACE(std::string(lobe) + (look.solid ? ", solid" : "") + ", " + std::to_string(angle) + " degrees");
-      Look at = look;
+      SCOPED_TRACE(std::string(lobe) + (material.solid ? ", solid" : "") + ", " + std::to_string(angle) + " degrees");
+      ProbeMaterial at = material;
       at.roughness = 0;
       const Mean mirror = shows(at, lobe, angle);
       for (const float roughness : {1e-10F, 1e-6F, 1e-3F, edge * 0.999F, edge * 1.001F}) {
@@ -255,24 +255,25 @@ TEST(BsdfPhysics, M7_towards_smoothness_a_surface_becomes_the_mirror_without_a_s
 }
 
 TEST(BsdfPhysics, M17_a_metal_is_exactly_schlicks_mirror_of_its_base_color) {
-  const Look look{.base_color = {0.5F, 0.9F, 0.02F}, .metallic = 1, .roughness = 0};
-  const std::vector all{specimen_of("metallic_roughness", look)};
+  const ProbeMaterial material{.base_color = {0.5F, 0.9F, 0.02F}, .metallic = 1, .roughness = 0};
+  const std::vector all{specimen_of("metallic_roughness", material)};
   Queries q;
   std::mt19937 random(61);
   q.add(0, {0, 0, 1}, random);
   for (int i = 0; i < 20000; ++i) q.add(0, from_cosine(1 - uniform(random), uniform(random)), random);
   const Answers answers = scatter(all, q);
-  for (std::size_t c = 0; c < 3; ++c) EXPECT_EQ(answers.sample(0).weight[c], look.base_color[c]) << "normal incidence";
+  for (std::size_t c = 0; c < 3; ++c)
+    EXPECT_EQ(answers.sample(0).weight[c], material.base_color[c]) << "normal incidence";
   for (std::size_t i = 0; i < q.size(); ++i) {
     const Sampled s = answers.sample(i);
     ASSERT_TRUE(s.delta);
     ASSERT_EQ(s.pdf, 1);
     const double grazing = std::pow(1 - double(as_float(q.in[3][i])), 5);
     for (std::size_t c = 0; c < 3; ++c)
-      ASSERT_NEAR(s.weight[c], look.base_color[c] + (1 - look.base_color[c]) * grazing, 3e-7);
+      ASSERT_NEAR(s.weight[c], material.base_color[c] + (1 - material.base_color[c]) * grazing, 3e-7);
   }
   // The same at every microfacet of a rough one: eval over that of the lobe that reflects everything.
-  Look rough = look, white = look;
+  ProbeMaterial rough = material, white = material;
   rough.roughness = white.roughness = 0.4F;
   white.base_color = {1, 1, 1};
   Queries pairs;
@@ -290,7 +291,7 @@ TEST(BsdfPhysics, M17_a_metal_is_exactly_schlicks_mirror_of_its_base_color) {
       scatter({specimen_of("metallic_roughness", rough), specimen_of("metallic_roughness", white)}, pairs);
   for (std::size_t i = 0; i < grazing.size(); ++i)
     for (std::size_t c = 0; c < 3; ++c) {
-      const double expected = look.base_color[c] + (1 - look.base_color[c]) * grazing[i];
+      const double expected = material.base_color[c] + (1 - material.base_color[c]) * grazing[i];
       ASSERT_NEAR(both.eval(2 * i, c) / both.eval(2 * i + 1, c), expected, 1e-6);
     }
 }

@@ -9,8 +9,8 @@ std::vector<Specimen> diffuse_specimens(unsigned lobe, float) {
 }
 
 std::vector<Specimen> metallic_roughness_specimens(unsigned lobe, float roughness) {
-  const Look plastic{.base_color = {0.8F, 0.5F, 0.2F}, .roughness = roughness};
-  Look white = plastic, coated = plastic, half = plastic, metal = plastic;
+  const ProbeMaterial plastic{.base_color = {0.8F, 0.5F, 0.2F}, .roughness = roughness};
+  ProbeMaterial white = plastic, coated = plastic, half = plastic, metal = plastic;
   white.base_color = {1, 1, 1};
   coated.ior = 1.8F;
   coated.specular = 0.7F;
@@ -25,8 +25,8 @@ std::vector<Specimen> metallic_roughness_specimens(unsigned lobe, float roughnes
 }
 
 std::vector<Specimen> transmission_specimens(unsigned lobe, float roughness) {
-  const Look clear{.roughness = roughness, .transmission = 1};
-  Look pane = clear, mixed = clear, glass = clear, tinted = clear, water = clear;
+  const ProbeMaterial clear{.roughness = roughness, .transmission = 1};
+  ProbeMaterial pane = clear, mixed = clear, glass = clear, tinted = clear, water = clear;
   pane.base_color = {0.9F, 0.5F, 0.1F};
   pane.specular = 0.5F;
   mixed.base_color = {0.7F, 0.6F, 0.3F};
@@ -38,8 +38,8 @@ std::vector<Specimen> transmission_specimens(unsigned lobe, float roughness) {
   water.solid = true;
   water.ior = 1.33F;
   water.base_color = {0.4F, 0.7F, 0.9F};
-  Look paper{.roughness = roughness, .diffuse_transmission = 0.5F};
-  Look leaf = paper, wax = paper, frosted = paper;
+  ProbeMaterial paper{.roughness = roughness, .diffuse_transmission = 0.5F};
+  ProbeMaterial leaf = paper, wax = paper, frosted = paper;
   leaf.base_color = {0.2F, 0.6F, 0.1F};
   leaf.diffuse_transmission = 0.8F;
   leaf.diffuse_transmission_color = {0.7F, 0.9F, 0};
@@ -63,10 +63,10 @@ std::vector<Specimen> transmission_specimens(unsigned lobe, float roughness) {
 }
 
 std::vector<Specimen> conductor_specimens(unsigned lobe, float roughness) {
-  Look gold{.metallic = 1, .roughness = roughness};
+  ProbeMaterial gold{.metallic = 1, .roughness = roughness};
   gold.eta = {0.16779F, 0.350409F, 1.508458F};
   gold.k = {3.137816F, 2.714063F, 1.87885F};
-  Look tinted = gold, brushed = gold;
+  ProbeMaterial tinted = gold, brushed = gold;
   tinted.base_color = {0.9F, 0.5F, 0};
   tinted.eta = {1.5F, 0.5F, 3};
   tinted.k = {0, 0, 7};
@@ -78,10 +78,10 @@ std::vector<Specimen> conductor_specimens(unsigned lobe, float roughness) {
 /// Shininess goes with the roughness: alpha^2 = 2 / (n + 2) makes highlights as wide as GGX's.
 std::vector<Specimen> phong_specimens(unsigned lobe, float roughness) {
   const double alpha2 = std::pow(double(roughness), 4);
-  Look plastic{.base_color = {0.7F, 0.3F, 0.1F}, .roughness = std::max(roughness, 0.15F)};
+  ProbeMaterial plastic{.base_color = {0.7F, 0.3F, 0.1F}, .roughness = std::max(roughness, 0.15F)};
   plastic.shininess = float(std::clamp(2 / std::max(alpha2, 1e-9) - 2, 0.0, 1e4));
   plastic.highlight = {0.2F, 0.3F, 0.1F};
-  Look white = plastic, bare = plastic;
+  ProbeMaterial white = plastic, bare = plastic;
   white.base_color = {1, 1, 1};
   white.highlight = {0.5F, 0.5F, 0.5F};
   bare.highlight = {1, 1, 1};
@@ -96,9 +96,9 @@ std::vector<Specimen> measured_specimens(unsigned, float) { return {}; }
 std::vector<Specimen> anisotropic_specimens(float roughness) {
 #define EK_LOBE(name, bit) [[maybe_unused]] constexpr unsigned name = bit;
 #include "shared/features.def"
-  Look steel{.base_color = {0.8F, 0.7F, 0.6F}, .metallic = 1, .roughness = roughness < 1 ? roughness : 0.5F};
+  ProbeMaterial steel{.base_color = {0.8F, 0.7F, 0.6F}, .metallic = 1, .roughness = roughness < 1 ? roughness : 0.5F};
   steel.roughness_x = std::min(1.0F, 1.7F * steel.roughness);
-  Look hair = steel, glass = steel;
+  ProbeMaterial hair = steel, glass = steel;
   hair.metallic = 0;
   hair.base_color = {1, 1, 1};
   glass.metallic = 0;
@@ -114,10 +114,10 @@ std::vector<Specimen> anisotropic_specimens(float roughness) {
 std::vector<Specimen> filmy_specimens(float roughness) {
 #define EK_LOBE(name, bit) [[maybe_unused]] constexpr unsigned name = bit;
 #include "shared/features.def"
-  Look soap{.base_color = {1, 1, 1}, .roughness = roughness};
+  ProbeMaterial soap{.base_color = {1, 1, 1}, .roughness = roughness};
   soap.iridescence = 1;
   soap.film_nm = 380;
-  Look steel = soap, bubble = soap, glass = soap, half = soap;
+  ProbeMaterial steel = soap, bubble = soap, glass = soap, half = soap;
   steel.base_color = {0.6F, 0.55F, 0.5F};
   steel.metallic = 1;
   steel.film_index = 2.2F;
@@ -128,7 +128,7 @@ std::vector<Specimen> filmy_specimens(float roughness) {
   half.metallic = 0.3F;
   half.transmission = 0.5F;
   half.iridescence = 0.6F;
-  Look copper = half;
+  ProbeMaterial copper = half;
   copper.base_color = {1, 0.9F, 0.8F};
   copper.metallic = 1;
   copper.transmission = 0;
@@ -148,8 +148,8 @@ std::vector<Specimen> filmy_specimens(float roughness) {
 std::vector<Specimen> layered_specimens(float roughness) {
 #define EK_LOBE(name, bit) [[maybe_unused]] constexpr unsigned name = bit;
 #include "shared/features.def"
-  const Look paint{.base_color = {0.6F, 0.1F, 0.05F}, .roughness = 0.5F};
-  Look lacquer = paint, tilted = paint, velvet = paint, white = paint, both = paint, dipped = paint;
+  const ProbeMaterial paint{.base_color = {0.6F, 0.1F, 0.05F}, .roughness = 0.5F};
+  ProbeMaterial lacquer = paint, tilted = paint, velvet = paint, white = paint, both = paint, dipped = paint;
   lacquer.clearcoat = 1;
   lacquer.clearcoat_roughness = roughness;
   tilted.clearcoat = 0.8F;
@@ -182,13 +182,13 @@ std::vector<Specimen> layered_specimens(float roughness) {
 
 MaterialRecord record_of(const Specimen& s) {
   MaterialRecord m{};
-  m.flags = (1U << s.lobe) | (s.look.solid ? EK_MATERIAL_SOLID : 0U);
-  m.base_color_r = s.look.base_color[0];
-  m.base_color_g = s.look.base_color[1];
-  m.base_color_b = s.look.base_color[2];
-  m.metallic = s.look.metallic;
-  m.roughness = s.look.roughness;
-  m.ior = s.look.ior;
+  m.flags = (1U << s.lobe) | (s.material.solid ? EK_MATERIAL_SOLID : 0U);
+  m.base_color_r = s.material.base_color[0];
+  m.base_color_g = s.material.base_color[1];
+  m.base_color_b = s.material.base_color[2];
+  m.metallic = s.material.metallic;
+  m.roughness = s.material.roughness;
+  m.ior = s.material.ior;
   m.opacity = 1;
   m.base_color_texture = m.metallic_roughness_texture = m.normal_texture = m.emissive_texture = EK_NO_TEXTURE;
   return m;
@@ -196,45 +196,45 @@ MaterialRecord record_of(const Specimen& s) {
 
 MaterialExtension extension_of(const Specimen& s) {
   MaterialExtension e{};
-  e.specular = s.look.specular;
-  e.specular_color_r = s.look.specular_color[0];
-  e.specular_color_g = s.look.specular_color[1];
-  e.specular_color_b = s.look.specular_color[2];
-  e.transmission = s.look.transmission;
+  e.specular = s.material.specular;
+  e.specular_color_r = s.material.specular_color[0];
+  e.specular_color_g = s.material.specular_color[1];
+  e.specular_color_b = s.material.specular_color[2];
+  e.transmission = s.material.transmission;
   e.transmission_texture = e.specular_texture = e.specular_color_texture = EK_NO_TEXTURE;
   return e;
 }
 
 MaterialDetail detail_of(const Specimen& s) {
   MaterialDetail d{};
-  d.clearcoat = s.look.clearcoat;
-  d.clearcoat_roughness = s.look.clearcoat_roughness;
-  d.sheen_color_r = s.look.sheen[0];
-  d.sheen_color_g = s.look.sheen[1];
-  d.sheen_color_b = s.look.sheen[2];
-  d.sheen_roughness = s.look.sheen_roughness;
+  d.clearcoat = s.material.clearcoat;
+  d.clearcoat_roughness = s.material.clearcoat_roughness;
+  d.sheen_color_r = s.material.sheen[0];
+  d.sheen_color_g = s.material.sheen[1];
+  d.sheen_color_b = s.material.sheen[2];
+  d.sheen_roughness = s.material.sheen_roughness;
   d.clearcoat_texture = d.clearcoat_roughness_texture = d.clearcoat_normal_texture = EK_NO_TEXTURE;
   d.sheen_color_texture = d.sheen_roughness_texture = d.anisotropy_texture = EK_NO_TEXTURE;
   d.anisotropy_cos = 1;
-  d.diffuse_transmission = s.look.diffuse_transmission;
-  d.diffuse_transmission_color_r = s.look.diffuse_transmission_color[0];
-  d.diffuse_transmission_color_g = s.look.diffuse_transmission_color[1];
-  d.diffuse_transmission_color_b = s.look.diffuse_transmission_color[2];
+  d.diffuse_transmission = s.material.diffuse_transmission;
+  d.diffuse_transmission_color_r = s.material.diffuse_transmission_color[0];
+  d.diffuse_transmission_color_g = s.material.diffuse_transmission_color[1];
+  d.diffuse_transmission_color_b = s.material.diffuse_transmission_color[2];
   d.diffuse_transmission_texture = d.diffuse_transmission_color_texture = EK_NO_TEXTURE;
-  d.phong_shininess = s.look.shininess;
-  d.phong_specular_r = s.look.highlight[0];
-  d.phong_specular_g = s.look.highlight[1];
-  d.phong_specular_b = s.look.highlight[2];
-  d.conductor_eta_r = s.look.eta[0];
-  d.conductor_eta_g = s.look.eta[1];
-  d.conductor_eta_b = s.look.eta[2];
-  d.iridescence = s.look.iridescence;
-  d.film_index = s.look.film_index;
-  d.film_least = d.film_most = s.look.film_nm;
+  d.phong_shininess = s.material.shininess;
+  d.phong_specular_r = s.material.highlight[0];
+  d.phong_specular_g = s.material.highlight[1];
+  d.phong_specular_b = s.material.highlight[2];
+  d.conductor_eta_r = s.material.eta[0];
+  d.conductor_eta_g = s.material.eta[1];
+  d.conductor_eta_b = s.material.eta[2];
+  d.iridescence = s.material.iridescence;
+  d.film_index = s.material.film_index;
+  d.film_least = d.film_most = s.material.film_nm;
   d.iridescence_texture = d.film_thickness_texture = EK_NO_TEXTURE;
-  d.conductor_k_r = s.look.k[0];
-  d.conductor_k_g = s.look.k[1];
-  d.conductor_k_b = s.look.k[2];
+  d.conductor_k_r = s.material.k[0];
+  d.conductor_k_g = s.material.k[1];
+  d.conductor_k_b = s.material.k[2];
   return d;
 }
 
@@ -243,7 +243,7 @@ MaterialDetail detail_of(const Specimen& s) {
 float Specimen::narrowest() const {
 #define EK_LOBE(name, bit) [[maybe_unused]] constexpr unsigned name = bit;
 #include "shared/features.def"
-  return std::min(lobe == diffuse ? 1 : look.roughness, look.clearcoat > 0 ? look.clearcoat_roughness : 1);
+  return std::min(lobe == diffuse ? 1 : material.roughness, material.clearcoat > 0 ? material.clearcoat_roughness : 1);
 }
 
 std::vector<Specimen> specimens(float roughness) {
@@ -340,11 +340,11 @@ static std::vector<std::string> not_needed(const std::vector<Specimen>& specimen
   };
 #define EK_LOBE(name, bit) unless(#name, [](const Specimen& s) { return s.lobe == bit; });
 #include "shared/features.def"
-  unless("clearcoat", [](const Specimen& s) { return s.look.clearcoat > 0; });
-  unless("clearcoat_normal", [](const Specimen& s) { return s.look.clearcoat_normal[2] != 1; });
-  unless("sheen", [](const Specimen& s) { return s.look.sheen != std::array<float, 3>{0, 0, 0}; });
-  unless("iridescence", [](const Specimen& s) { return s.look.iridescence > 0; });
-  unless("diffuse_transmission", [](const Specimen& s) { return s.look.diffuse_transmission > 0; });
+  unless("clearcoat", [](const Specimen& s) { return s.material.clearcoat > 0; });
+  unless("clearcoat_normal", [](const Specimen& s) { return s.material.clearcoat_normal[2] != 1; });
+  unless("sheen", [](const Specimen& s) { return s.material.sheen != std::array<float, 3>{0, 0, 0}; });
+  unless("iridescence", [](const Specimen& s) { return s.material.iridescence > 0; });
+  unless("diffuse_transmission", [](const Specimen& s) { return s.material.diffuse_transmission > 0; });
   return without;
 }
 
@@ -362,8 +362,8 @@ Answers scatter(const std::vector<Specimen>& specimens, const Queries& q, bool u
   for (std::size_t i = 0; i < q.size(); ++i) {
     const Specimen& s = specimens.at(q.in[0][i]);
     sided.in[10][i] = s.front ? 1 : 0;
-    for (std::size_t k = 0; k < 3; ++k) sided.in[11 + k][i] = as_word(s.look.clearcoat_normal[k]);
-    sided.in[14][i] = as_word(s.look.roughness_x < 0 ? -1 : s.look.roughness_x * s.look.roughness_x);
+    for (std::size_t k = 0; k < 3; ++k) sided.in[11 + k][i] = as_word(s.material.clearcoat_normal[k]);
+    sided.in[14][i] = as_word(s.material.roughness_x < 0 ? -1 : s.material.roughness_x * s.material.roughness_x);
   }
   return {scatter(materials, extensions, details, sided, uniform, anisotropic, {}, compensated, not_needed(specimens))};
 }

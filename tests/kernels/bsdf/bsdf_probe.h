@@ -31,8 +31,8 @@ inline Direction from_cosine(double z, double turn) {
   return {float(r * std::cos(phi)), float(r * std::sin(phi)), float(z)};
 }
 
-/// A material as a file has it.
-struct Look {
+/// The parameters of a material as a file gives them; the probe makes the records of kernels/shared/records.def from them.
+struct ProbeMaterial {
   std::array<float, 3> base_color = {1, 1, 1};
   float metallic = 0, roughness = 1, ior = 1.5F;
   float specular = 1;
@@ -56,12 +56,12 @@ struct Look {
 struct Specimen {
   std::string name;
   unsigned lobe = 0;  // bit of features.def
-  Look look;
+  ProbeMaterial material;
   bool front = true;
   bool reciprocal = true;  // KHR_materials_clearcoat's mixing is not
-  bool lets_through() const { return look.transmission > 0 || look.diffuse_transmission > 0; }
-  bool refracts() const { return look.solid && look.transmission > 0; }
-  double eta() const { return front ? look.ior : 1 / double(look.ior); }
+  bool lets_through() const { return material.transmission > 0 || material.diffuse_transmission > 0; }
+  bool refracts() const { return material.solid && material.transmission > 0; }
+  double eta() const { return front ? material.ior : 1 / double(material.ior); }
   /// The least roughness of what scatters.
   float narrowest() const;
 };

@@ -128,7 +128,7 @@ std::string worst_bins(const std::vector<double>& observed, const std::vector<do
 /// Bins about the normal for wide lobes; about the mirrored and the refracted direction for narrow ones.
 Bins bins_for(const Specimen& s, const Direction& wo) {
   if (s.narrowest() > 0.5F) return {{0, 0, 1}, {0, 0, -1}, false};
-  const double eta = s.look.solid ? s.eta() : 1, z2 = 1 - (1 - double(wo[2]) * wo[2]) / (eta * eta);
+  const double eta = s.material.solid ? s.eta() : 1, z2 = 1 - (1 - double(wo[2]) * wo[2]) / (eta * eta);
   // Under total reflection what passes at all passes along the surface.
   const Vector below{-wo[0] / eta, -wo[1] / eta, z2 > 0 ? -std::sqrt(z2) : -0.1};
   return {{-wo[0], -wo[1], wo[2]}, below, true};
@@ -207,7 +207,7 @@ void check_sampling(float roughness, bool compensated = false) {
   {
     auto all = specimens(roughness);
     if (compensated)
-      std::erase_if(all, [](const Specimen& s) { return s.look.metallic == 0 && s.look.transmission == 0; });
+      std::erase_if(all, [](const Specimen& s) { return s.material.metallic == 0 && s.material.transmission == 0; });
     for (std::uint32_t which = 0; which < all.size(); ++which)
       for (const double angle : kAngles) {
         const Specimen& specimen = all[which];

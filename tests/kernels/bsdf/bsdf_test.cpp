@@ -50,7 +50,7 @@ TEST(Bsdf, delta_samples_go_exactly_where_mirrors_and_interfaces_send_them) {
     if (s.wi[2] > 0) {
       ++mirrored;
       ASSERT_EQ(s.wi, (std::array<double, 3>{-x, -y, z}));
-    } else if (!specimen.look.solid) {
+    } else if (!specimen.material.solid) {
       ++straight;
       ASSERT_EQ(s.wi, (std::array<double, 3>{-x, -y, -z}));
     } else {
@@ -169,7 +169,7 @@ TEST(Bsdf, M5_lambert_loses_nothing_in_the_white_furnace) {
 TEST(Bsdf, lambert_returns_its_base_color_from_every_sample_and_is_linear_in_it) {
   std::mt19937 random(5);
   auto all = specimens(1);
-  all[0].look.base_color = {0.25F * all[1].look.base_color[0], 0.25F * all[1].look.base_color[1], 0};
+  all[0].material.base_color = {0.25F * all[1].material.base_color[0], 0.25F * all[1].material.base_color[1], 0};
   Queries q;
   for (int i = 0; i < 4096; ++i) {
     const Direction wo = from_cosine(uniform(random) + 1e-3F, 0), wi = from_cosine(uniform(random), 0.9);
@@ -179,7 +179,7 @@ TEST(Bsdf, lambert_returns_its_base_color_from_every_sample_and_is_linear_in_it)
   const Answers answers = scatter(all, q);
   for (std::size_t i = 0; i < q.size(); i += 2)
     for (std::size_t c = 0; c < 3; ++c) {
-      ASSERT_EQ(answers.sample(i + 1).weight[c], all[1].look.base_color[c]);
+      ASSERT_EQ(answers.sample(i + 1).weight[c], all[1].material.base_color[c]);
       ASSERT_EQ(answers.eval(i, c), 0.25F * answers.eval(i + 1, c));
     }
 }

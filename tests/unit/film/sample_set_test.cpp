@@ -18,42 +18,42 @@ namespace {
 WorkUnit unit(Crop block, std::uint64_t begin, std::uint64_t end) { return {block, begin, end}; }
 
 TEST(SampleSet, what_is_missing_of_nothing_is_everything) {
-  const SampleSet ledger;
-  const std::vector<WorkUnit> missing = ledger.missing({1, 2, 5, 7}, 3, 9);
+  const SampleSet samples;
+  const std::vector<WorkUnit> missing = samples.missing({1, 2, 5, 7}, 3, 9);
   ASSERT_EQ(missing.size(), 1U);
   EXPECT_EQ(missing[0].block, (Crop{1, 2, 5, 7}));
   EXPECT_EQ(missing[0].sample_begin, 3U);
   EXPECT_EQ(missing[0].sample_end, 9U);
-  EXPECT_TRUE(ledger.empty());
-  EXPECT_EQ(ledger.sample_count(), 0U);
+  EXPECT_TRUE(samples.empty());
+  EXPECT_EQ(samples.sample_count(), 0U);
 }
 
 TEST(SampleSet, neighbours_become_one_part) {
-  SampleSet ledger;
-  ledger.add(unit({0, 0, 4, 4}, 0, 8));
-  ledger.add(unit({4, 0, 8, 4}, 0, 4));
-  ledger.add(unit({0, 4, 8, 8}, 0, 8));
-  EXPECT_EQ(ledger.parts().size(), 3U);
-  ledger.add(unit({4, 0, 8, 4}, 4, 8));
-  ASSERT_EQ(ledger.parts().size(), 1U);
-  EXPECT_EQ(ledger.parts()[0].block, (Crop{0, 0, 8, 8}));
-  EXPECT_EQ(ledger.sample_count(), 512U);
-  EXPECT_TRUE(ledger.missing({0, 0, 8, 8}, 0, 8).empty());
-  EXPECT_TRUE(ledger.missing({2, 2, 5, 5}, 1, 3).empty());
+  SampleSet samples;
+  samples.add(unit({0, 0, 4, 4}, 0, 8));
+  samples.add(unit({4, 0, 8, 4}, 0, 4));
+  samples.add(unit({0, 4, 8, 8}, 0, 8));
+  EXPECT_EQ(samples.parts().size(), 3U);
+  samples.add(unit({4, 0, 8, 4}, 4, 8));
+  ASSERT_EQ(samples.parts().size(), 1U);
+  EXPECT_EQ(samples.parts()[0].block, (Crop{0, 0, 8, 8}));
+  EXPECT_EQ(samples.sample_count(), 512U);
+  EXPECT_TRUE(samples.missing({0, 0, 8, 8}, 0, 8).empty());
+  EXPECT_TRUE(samples.missing({2, 2, 5, 5}, 1, 3).empty());
 }
 
 TEST(SampleSet, refuses_what_it_holds) {
-  SampleSet ledger;
-  ledger.add(unit({0, 0, 4, 4}, 0, 8));
-  const auto twice = ledger.overlap(unit({3, 3, 6, 6}, 7, 12));
+  SampleSet samples;
+  samples.add(unit({0, 0, 4, 4}, 0, 8));
+  const auto twice = samples.overlap(unit({3, 3, 6, 6}, 7, 12));
   ASSERT_TRUE(twice);
   EXPECT_EQ(twice->block, (Crop{3, 3, 4, 4}));
   EXPECT_EQ(twice->sample_begin, 7U);
   EXPECT_EQ(twice->sample_end, 8U);
-  EXPECT_THROW(ledger.add(unit({3, 3, 6, 6}, 7, 12)), InternalError);
-  EXPECT_EQ(ledger.sample_count(), 128U);
-  EXPECT_FALSE(ledger.overlap(unit({4, 0, 6, 4}, 0, 8)));
-  EXPECT_FALSE(ledger.overlap(unit({0, 0, 4, 4}, 8, 9)));
+  EXPECT_THROW(samples.add(unit({3, 3, 6, 6}, 7, 12)), InternalError);
+  EXPECT_EQ(samples.sample_count(), 128U);
+  EXPECT_FALSE(samples.overlap(unit({4, 0, 6, 4}, 0, 8)));
+  EXPECT_FALSE(samples.overlap(unit({0, 0, 4, 4}, 8, 9)));
 }
 
 // Against a set of single samples, in random order; the parts depend on the set alone.
@@ -71,7 +71,7 @@ TEST(SampleSet, is_a_set_of_samples) {
   std::mt19937 random(7);
   const auto below = [&](std::uint32_t n) { return std::uint32_t(random() % n); };
   for (int round = 0; round < 300; ++round) {
-    SampleSet ledger;
+    SampleSet samples;
     std::vector<WorkUnit> added;
     for (int i = 0; i < 12; ++i) {
       const std::uint32_t x = below(kSide), y = below(kSide), s = below(kSamples);
@@ -79,15 +79,15 @@ TEST(SampleSet, is_a_set_of_samples) {
           unit({x, y, x + 1 + below(kSide - x), y + 1 + below(kSide - y)}, s, s + 1 + below(kSamples - s));
       const std::multiset<Sample> held = samples_of(added), wanted = samples_of({box});
       const bool clash = std::any_of(wanted.begin(), wanted.end(), [&](const Sample& w) { return held.count(w) > 0; });
-      ASSERT_EQ(ledger.overlap(box).has_value(), clash);
+      ASSERT_EQ(samples.overlap(box).has_value(), clash);
       if (clash) continue;
-      ledger.add(box);
+      samples.add(box);
       added.push_back(box);
     }
     const std::multiset<Sample> held = samples_of(added);
-    ASSERT_EQ(samples_of(ledger.parts()), held);
-    ASSERT_EQ(ledger.sample_count(), held.size());
-    const std::multiset<Sample> missing = samples_of(ledger.missing({1, 0, 5, 6}, 1, 5));
+    ASSERT_EQ(samples_of(samples.parts()), held);
+    ASSERT_EQ(samples.sample_count(), held.size());
+    const std::multiset<Sample> missing = samples_of(samples.missing({1, 0, 5, 6}, 1, 5));
     std::multiset<Sample> expected;
     for (std::uint32_t y = 0; y < 6; ++y)
       for (std::uint32_t x = 1; x < 5; ++x)
@@ -97,7 +97,7 @@ TEST(SampleSet, is_a_set_of_samples) {
     SampleSet other;
     std::shuffle(added.begin(), added.end(), random);
     for (const WorkUnit& box : added) other.add(box);
-    ASSERT_TRUE(ledger == other);
+    ASSERT_TRUE(samples == other);
   }
 }
 

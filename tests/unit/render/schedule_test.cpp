@@ -32,11 +32,11 @@ struct Simulation {
   std::vector<std::uint64_t> paths;  // that count
   std::vector<std::uint64_t> units;
   std::vector<double> left_out_at;
-  std::size_t ledger_parts = 0;  // at most, while it went on
+  std::size_t sample_set_parts = 0;  // at most, while it went on
 };
 
 // Events in the order of time: each device is idle, or has a unit, and then asks for one more to begin with at once after that. The
-// ledger throws if a sample is done twice.
+// set of samples throws if a sample is done twice.
 Simulation simulate(const std::vector<SimulatedDevice>& devices, const Crop& crop, std::uint64_t spp, unsigned seed = 1) {
   struct Flying {
     bool fails = false;
@@ -86,7 +86,7 @@ Simulation simulate(const std::vector<SimulatedDevice>& devices, const Crop& cro
           schedule.gave_back(f.assignment.id);
         } else if (schedule.finished(f.assignment.id, f.begin_s, now)) {
           done.add(f.assignment.unit);
-          outcome.ledger_parts = std::max(outcome.ledger_parts, done.parts().size());
+          outcome.sample_set_parts = std::max(outcome.sample_set_parts, done.parts().size());
           outcome.paths[i] += f.assignment.unit.path_count();
           outcome.last_s[i] = now;
         }
@@ -330,11 +330,11 @@ TEST(Schedule, any_device_may_die_at_any_time) {
   }
 }
 
-TEST(Schedule, the_ledger_stays_small) {
+TEST(Schedule, the_set_of_samples_stays_small) {
   const Simulation outcome =
       simulate({{.paths_per_s = 4e6}, {.paths_per_s = 4e5}, {.paths_per_s = 4e4}}, {0, 0, 1920, 1080}, 64);
   // A part for each of 15 x 9 blocks, twice that where samples are missing within, and what the slow devices cut.
-  EXPECT_LT(outcome.ledger_parts, 1000U);
+  EXPECT_LT(outcome.sample_set_parts, 1000U);
 }
 
 TEST(Schedule, a_device_that_is_open_first_begins_with_little_while_others_are_expected) {
