@@ -31,18 +31,18 @@ struct BinaryNode {
 struct BinaryTree {
   BigVector<BinaryNode> nodes;         // nodes[0] is the root; empty when there is no triangle
   BigVector<std::uint32_t> triangles;  // indices into the soup, in the order of the leaves
-  // In a scene of two levels, indices from first_place on are instances, which share no leaf with
-  // triangles; places_before counts the instances before each entry of `triangles`, and in all. It
+  // In a scene of two levels, indices from first_instance on are instances, which share no leaf with
+  // triangles; instances_before counts the instances before each entry of `triangles`, and in all. It
   // is empty otherwise.
-  std::uint32_t first_place = 0xffffffffU;
-  BigVector<std::uint32_t> places_before{};
+  std::uint32_t first_instance = 0xffffffffU;
+  BigVector<std::uint32_t> instances_before{};
   bool is_part = false;  // the tree is one of a scene in two levels
-  [[nodiscard]] bool has_place(const BinaryNode& node) const {
-    return !places_before.empty() && places_before[node.first] != places_before[node.first + node.count];
+  [[nodiscard]] bool has_instance(const BinaryNode& node) const {
+    return !instances_before.empty() && instances_before[node.first] != instances_before[node.first + node.count];
   }
   /// The child word, in every layout, of a leaf that is an instance (traverse_instance.h).
-  [[nodiscard]] std::uint32_t place_word(const BinaryNode& node) const {
-    return 0xc0000000U | (triangles[node.first] - first_place);
+  [[nodiscard]] std::uint32_t instance_word(const BinaryNode& node) const {
+    return 0xc0000000U | (triangles[node.first] - first_instance);
   }
 };
 

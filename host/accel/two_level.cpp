@@ -83,30 +83,30 @@ BinaryTree improved_tree(TriangleSoup soup, double rays, bool& reinserted) {
 
 /// Builds the tree of the scene, with the instances behind its triangles and shapes.
 Accel build_top(const TwoLevelScene& scene, std::size_t flat, const AccelOptions& options) {
-  const std::size_t stored = scene.records.size() - scene.shapes - flat, first_place = flat + scene.shapes;
-  const std::size_t entries = first_place + scene.boxes.size();
+  const std::size_t stored = scene.records.size() - scene.shapes - flat, first_instance = flat + scene.shapes;
+  const std::size_t entries = first_instance + scene.boxes.size();
   if (entries > kMaxEntries)
     throw InputError(
-        fmt::format("{} triangles, shapes and places of meshes are more than {}; use fewer", entries, kMaxEntries));
+        fmt::format("{} triangles, shapes and instances of meshes are more than {}; use fewer", entries, kMaxEntries));
   BigVector<float> corners(9 * entries);
   tbb::parallel_for(std::size_t{0}, entries, [&](std::size_t i) {
     float* const to = corners.data() + 9 * i;
-    if (i < first_place) {
+    if (i < first_instance) {
       std::copy_n(scene.records.corners(i < flat ? i : i + stored), 9, to);
       return;
     }
-    const PlaceBox& box = scene.boxes[i - first_place];
+    const InstanceBox& box = scene.boxes[i - first_instance];
     for (int k = 0; k < 3; ++k) to[k] = box.lo[k], to[3 + k] = box.hi[k];
     std::fill_n(to + 6, 3, std::numeric_limits<float>::quiet_NaN());
   });
   const TriangleSoup soup(corners.data(), entries, 9, entries - flat);
   bool reinserted = false;
   BinaryTree tree = improved_tree(soup, options.rays, reinserted);
-  tree.first_place = std::uint32_t(first_place);
-  tree.places_before.resize(tree.triangles.size() + 1);
-  tree.places_before[0] = 0;
+  tree.first_instance = std::uint32_t(first_instance);
+  tree.instances_before.resize(tree.triangles.size() + 1);
+  tree.instances_before[0] = 0;
   for (std::size_t i = 0; i < tree.triangles.size(); ++i)
-    tree.places_before[i + 1] = tree.places_before[i] + (tree.triangles[i] >= first_place ? 1 : 0);
+    tree.instances_before[i + 1] = tree.instances_before[i] + (tree.triangles[i] >= first_instance ? 1 : 0);
   Accel accel = lay_out(tree, soup, options.layout);
   accel.reinserted = reinserted;
   number_records(accel, [&](std::uint32_t id) { return id < flat ? id : std::uint32_t(id + stored); });

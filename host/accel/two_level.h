@@ -16,7 +16,7 @@ struct StoredMesh {
 };
 
 /// Box of an instance, world.
-struct PlaceBox {
+struct InstanceBox {
   glm::vec3 lo{0.0F}, hi{0.0F};
 };
 
@@ -25,7 +25,7 @@ struct TwoLevelScene {
   std::size_t shapes = 0;
   std::span<const StoredMesh> meshes;
   std::span<const InstanceRecord> instances;
-  std::span<const PlaceBox> boxes;  // of the instances
+  std::span<const InstanceBox> boxes;  // of the instances
 };
 
 /// Builds layout bvh16, bvh8 or bvh2. Accel::instances are `instances` with their roots. The result

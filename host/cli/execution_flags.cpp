@@ -11,7 +11,8 @@ namespace eikon {
 
 void add_instance_flag(CommandFlags& flags, Execution& execution) {
   flags.choice<InstanceMode>(
-      {"--instances", "HOW", "store a mesh with several places once (two-level) or per place (flat), or auto [auto]"},
+      {"--instances", "HOW",
+       "store a mesh with several instances once (two-level) or per instance (flat), or auto [auto]"},
       execution.instances,
       {{"auto", InstanceMode::automatic}, {"two-level", InstanceMode::two_level}, {"flat", InstanceMode::flat}});
 }

@@ -18,7 +18,7 @@
 #include "io/text.h"
 #include "render/error_curve.h"
 #include "film/layers.h"
-#include "pack/geometry/placed_meshes.h"
+#include "pack/geometry/instanced_meshes.h"
 
 namespace eikon {
 namespace {
@@ -73,7 +73,7 @@ void RenderJob::load(std::shared_ptr<Scene> scene, double load_s) {
   if (options_.execution.instances == InstanceMode::two_level) {
     InstanceChoice choice;
     (void)features_of(*prepared_.scene, prepared_.settings, options_.execution, &choice);
-    if (choice.refused) log_(fmt::format("--instances two-level: meshes are stored for each place: {}", choice.why));
+    if (choice.refused) log_(fmt::format("--instances two-level: meshes are stored for each instance: {}", choice.why));
   }
   checkpoint_.begin(prepared_);
   pilot_.begin(prepared_, options_.execution, options_.quiet);

@@ -6,7 +6,7 @@
 
 #include "accel/reinsertion.h"
 #include "core/clock.h"
-#include "pack/geometry/placed_meshes.h"
+#include "pack/geometry/instanced_meshes.h"
 #include "scene/measured_table.h"
 
 namespace eikon {

@@ -245,7 +245,7 @@ constexpr Rule kRules[] = {
        if (f.scene.shapes.empty()) return {false, "no shape"};
        return {true, fmt::format("node '{}'", f.scene.shapes.front().name)};
      }},
-    {Feature::instance, "every mesh is stored for each of its places", [](const SceneFacts&) { return false; }},
+    {Feature::instance, "every mesh is stored for each of its instances", [](const SceneFacts&) { return false; }},
     {Feature::plain_hits, hit_class_rule<SHADING_LAMBERT>},
     {Feature::opaque_hits, hit_class_rule<SHADING_OPAQUE>},
     {Feature::clear_hits, hit_class_rule<SHADING_TRANSMISSIVE>},

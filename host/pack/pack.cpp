@@ -13,7 +13,7 @@ std::uint64_t PackedScene::texel_count() const {
   return count;
 }
 
-std::uint64_t PackedScene::seen_triangle_count() const {
+std::uint64_t PackedScene::instanced_triangle_count() const {
   std::uint64_t count = triangle_count();
   for (const StoredMesh& mesh : stored_meshes) count -= mesh.count;
   for (const InstanceRecord& instance : instances) count += stored_meshes[instance.mesh].count;
@@ -100,7 +100,7 @@ void add_accel(PackedScene& packed, const std::string& accel, const std::string&
                                                           : build_accel(soup_of(packed), options));
   } else {
     const TwoLevelScene scene{soup_of(packed), packed.shapes.size(), packed.stored_meshes, packed.instances,
-                              packed.place_boxes};
+                              packed.instance_boxes};
     packed.accels.emplace(layout, build_two_level(scene, options));
   }
   packed.build_s += host_seconds() - begin;

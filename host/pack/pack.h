@@ -35,7 +35,7 @@ struct PackedScene {
   DeviceVector<Triangle> triangles;
   std::vector<StoredMesh> stored_meshes;   // meshes that are stored once for all their instances
   DeviceVector<InstanceRecord> instances;  // of them; `root` is set when a tree is built
-  std::vector<PlaceBox> place_boxes;       // of each instance
+  std::vector<InstanceBox> instance_boxes;  // of each instance
   DeviceVector<ShapeRecord> shapes;
   std::vector<formula::Formula> formulas;  // of implicit surfaces
   // One per triangle, or empty if no feature needs them.
@@ -76,7 +76,7 @@ struct PackedScene {
   DeviceVector<std::uint32_t> next_corners;  // of layer `motion` (kernels/film/motion_vector.h)
   std::map<std::string, Accel> accels;  // by layout
   std::shared_ptr<TreeMemory> trees{};  // of other frames of the file; null: there are none
-  std::uint64_t saved_once = 0;         // rough bytes that two levels would save; 0 if there are two
+  std::uint64_t two_level_saving = 0;   // rough bytes that two levels would save; 0 if there are two
   float environment_probability = 0;    // that light sampling chooses the environment
   float environment_emission = 0;       // that a light path starts from its map, over that probability
   Bounds bounds;                        // of the triangles and shapes; empty when there are none
@@ -85,7 +85,7 @@ struct PackedScene {
   [[nodiscard]] std::uint64_t texel_count() const;
   [[nodiscard]] std::size_t triangle_count() const { return triangles.size() - shapes.size(); }
   /// Triangles with each instance counted.
-  [[nodiscard]] std::uint64_t seen_triangle_count() const;
+  [[nodiscard]] std::uint64_t instanced_triangle_count() const;
   /// For each triangle that moves 1 + its first record among those of poses, 0 for others. `motion` is not empty.
   [[nodiscard]] const std::uint32_t* first_records() const { return motion.data() + motion[1]; }
   /// Bytes of what moves, on a device.
@@ -105,7 +105,7 @@ struct PackedScene {
 [[nodiscard]] Accel build_over_time(const PackedScene& packed, const AccelOptions& options);
 
 /// Lays out everything but the trees. With feature `instance` the meshes that allow it are stored
-/// once (placed_meshes.h). The result refers to pictures of `scene`.
+/// once (instanced_meshes.h). The result refers to pictures of `scene`.
 /// throws InputError when the triangles of all instances are more than trees or memory can hold
 PackedScene pack_scene(const Scene& scene, const Features& features, const Settings& settings);
 PackedScene pack_scene(Scene&& scene, const Features& features, const Settings& settings) = delete;

@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "film/layers.h"
-#include "pack/geometry/placed_meshes.h"
+#include "pack/geometry/instanced_meshes.h"
 #include "pack/pack.h"
 #include "render/device_sessions.h"
 #include "render/device_worker.h"
@@ -274,7 +274,7 @@ void fill_report(RenderReport& report, DeviceSessions& sessions, const Wavefront
     report.upload_s = std::max(report.upload_s, device.upload_s);
   }
   report.features = devices.features.summary();
-  report.triangles = devices.packed->seen_triangle_count();
+  report.triangles = devices.packed->instanced_triangle_count();
   report.geometry_bytes = devices.packed->bytes(layout);
   const auto tree = devices.packed->accels.find(layout);
   report.reinserted = tree != devices.packed->accels.end() && tree->second.reinserted;

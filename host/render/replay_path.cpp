@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pack/geometry/placed_meshes.h"
+#include "pack/geometry/instanced_meshes.h"
 #include "pack/pack.h"
 #include "render/pilot/pilot.h"
 #include "render/ready_wavefronts.h"

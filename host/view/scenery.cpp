@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "gltf/scene_files.h"
-#include "pack/geometry/placed_meshes.h"
+#include "pack/geometry/instanced_meshes.h"
 
 namespace eikon {
 namespace {

@@ -32,7 +32,7 @@ MemoryNeed memory_need(const PackedScene& packed, const WavefrontConfig& config,
   need.geometry = packed.bytes(config.layout) - need.textures;
   need.paths = path_pool_bytes(config, features, settings).total;
   if (features.has(Feature::merging)) need.photons = photon_map_bytes(settings);
-  need.saved_once = packed.saved_once;
+  need.two_level_saving = packed.two_level_saving;
   const auto buffer = [&](const char* name, std::uint64_t bytes) {
     if (bytes > need.largest_bytes) need.largest = name, need.largest_bytes = bytes;
   };
@@ -107,12 +107,12 @@ void require_memory(const MemoryNeed& need, const DeviceInfo& device, const Exec
   const std::string figures =
       fmt::format("textures {}, geometry {}, paths in flight {}{}", megabytes(need.textures), megabytes(need.geometry),
                   megabytes(need.paths), need.photons > 0 ? ", photons " + megabytes(need.photons) : "");
-  const bool once = need.saved_once > 0 && execution.instances != InstanceMode::two_level;
+  const bool once = need.two_level_saving > 0 && execution.instances != InstanceMode::two_level;
   const std::string advice =
       need.photons > need.textures + need.geometry + need.paths ? "allow more memory, or leave out --caustics merge"
       : need.paths > need.textures + need.geometry ? "allow more memory, or make the picture smaller (--size)"
       : need.textures > need.geometry              ? "use smaller images"
-      : once ? fmt::format("store meshes once (--instances two-level saves about {})", megabytes(need.saved_once))
+      : once ? fmt::format("store meshes once (--instances two-level saves about {})", megabytes(need.two_level_saving))
       : execution.accel != "bvh" ? "use --accel bvh, which takes the least, simpler meshes or fewer instances"
                                  : "use simpler meshes or fewer instances";
   if (need.total() > available)

@@ -20,7 +20,7 @@ struct PoolBytes {
 
 struct MemoryNeed {
   std::uint64_t textures = 0, geometry = 0, paths = 0;  // bytes; geometry: triangles, tree, materials and lights
-  std::uint64_t saved_once = 0;                         // rough bytes that --instances two-level would save
+  std::uint64_t two_level_saving = 0;                   // rough bytes that --instances two-level would save
   std::string largest;                                  // the largest single buffer
   std::uint64_t largest_bytes = 0;
   std::uint64_t photons = 0;  // bytes of the maps of --caustics merge

@@ -7,7 +7,7 @@
 #include "accel/accel.h"
 #include "core/error.h"
 #include "io/text.h"
-#include "pack/geometry/placed_meshes.h"
+#include "pack/geometry/instanced_meshes.h"
 #include "pack/lights/arriving_light.h"
 #include "pack/pack.h"
 #include "scene/scene.h"

@@ -21,7 +21,7 @@ class Bvh2Emitter {
       const float area = tree.nodes[n].box().half_area();
       const float as_leaf = area * kTriangleCost * static_cast<float>(count);
       const float as_node = count == 1 ? as_leaf : area * kNodeCost + cost[left_child(n)] + cost[right_child(tree, n)];
-      leaf_[n] = count == 1 || (count <= kLeafLimit && as_leaf <= as_node && !tree.has_place(tree.nodes[n]));
+      leaf_[n] = count == 1 || (count <= kLeafLimit && as_leaf <= as_node && !tree.has_instance(tree.nodes[n]));
       cost[n] = leaf_[n] ? as_leaf : as_node;
     }
     const float root = tree.nodes[0].box().half_area();
@@ -53,7 +53,7 @@ class Bvh2Emitter {
   }
 
   [[nodiscard]] std::uint32_t leaf_word(std::uint32_t n, std::uint32_t first) const {
-    if (tree_.has_place(tree_.nodes[n])) return tree_.place_word(tree_.nodes[n]);
+    if (tree_.has_instance(tree_.nodes[n])) return tree_.instance_word(tree_.nodes[n]);
     return kLeafBit | (tree_.nodes[n].count - 1) << kCountShift | first;
   }
 

@@ -40,7 +40,7 @@ class Collapse {
   [[nodiscard]] std::vector<WideChild> children(std::uint32_t n) const;
 
  private:
-  static constexpr float kPlaceCost = 4.0F;  // of taking a ray into an instance, in steps
+  static constexpr float kInstanceCost = 4.0F;  // of taking a ray into an instance, in steps
   using Row = std::array<float, kWidth>;     // entry k - 1: cost(n, k); the last one is not used
   struct Division {
     float cost;
@@ -51,8 +51,8 @@ class Collapse {
   [[nodiscard]] float cost(std::uint32_t n, std::uint32_t k) const { return row(n)[k - 1]; }
   [[nodiscard]] float leaf_cost(std::uint32_t n) const {
     const std::uint32_t count = tree_.nodes[n].count;
-    if (tree_.has_place(tree_.nodes[n]))
-      return count == 1 ? area(n) * kPlaceCost : std::numeric_limits<float>::infinity();
+    if (tree_.has_instance(tree_.nodes[n]))
+      return count == 1 ? area(n) * kInstanceCost : std::numeric_limits<float>::infinity();
     return count <= unit_.leaf_limit ? area(n) * (unit_.leaf + unit_.triangle * static_cast<float>(count))
                                      : std::numeric_limits<float>::infinity();
   }

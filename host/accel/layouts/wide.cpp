@@ -63,7 +63,7 @@ class WideEmitter {
     children_.insert(children_.end(), children.begin(), children.end());
     std::uint32_t inner = 0;
     for (const WideChild& child : children) {
-      if (child.leaf && tree_.has_place(tree_.nodes[child.binary])) continue;
+      if (child.leaf && tree_.has_instance(tree_.nodes[child.binary])) continue;
       if (child.leaf)
         blocks_.push_back({tree_.nodes[child.binary].first, tree_.nodes[child.binary].count});
       else
@@ -88,9 +88,9 @@ class WideEmitter {
         const WideChild& child = children_[wide.first + i];
         box = tree_.nodes[child.binary].box();
         centers[i] = box.lo + box.hi;
-        word = !child.leaf                                  ? next_node++
-               : tree_.has_place(tree_.nodes[child.binary]) ? tree_.place_word(tree_.nodes[child.binary])
-                                                            : kLeafBit | next_block++;
+        word = !child.leaf                                     ? next_node++
+               : tree_.has_instance(tree_.nodes[child.binary]) ? tree_.instance_word(tree_.nodes[child.binary])
+                                                               : kLeafBit | next_block++;
       }
       for (std::size_t axis = 0; axis < 3; ++axis) {
         node[2 * kWidth * axis + i] = std::bit_cast<std::uint32_t>(float{box.lo[axis]});

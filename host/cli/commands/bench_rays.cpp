@@ -20,7 +20,7 @@
 #include "io/atomic_file.h"
 #include "io/json_dump.h"
 #include "job/file_identity.h"
-#include "pack/geometry/placed_meshes.h"
+#include "pack/geometry/instanced_meshes.h"
 #include "pack/pack.h"
 #include "wavefront/layout/ray_bench.h"
 

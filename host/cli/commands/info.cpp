@@ -18,7 +18,7 @@
 #include "wavefront/memory_need.h"
 #include "wavefront/photons/photon_map.h"
 #include "pack/pack.h"
-#include "pack/geometry/placed_meshes.h"
+#include "pack/geometry/instanced_meshes.h"
 #include "render/render.h"
 #include "scene/emission.h"
 #include "scene/measured_table.h"
@@ -118,15 +118,16 @@ void print_tables(const Scene& scene) {
                tables.size(), 4e-6 * EK_MEASURED_WORDS);
 }
 
-/// Prints how meshes with several places are stored, if there are any.
-void print_instances(const PlacedMeshes& placed, const InstanceChoice& choice) {
+/// Prints how meshes with several instances are stored, if there are any.
+void print_instances(const InstancedMeshes& instanced, const InstanceChoice& choice) {
   if (choice.flat_bytes == 0) return;
-  fmt::print("  instances: {} ({}); two levels take about {:.1f} MB, one for each place {:.1f} MB",
+  fmt::print("  instances: {} ({}); two levels take about {:.1f} MB, one for each instance {:.1f} MB",
              choice.two_level ? "two levels" : "flattened", choice.why, double(choice.two_level_bytes) * 1e-6,
              double(choice.flat_bytes) * 1e-6);
   if (choice.two_level)
-    fmt::print("; {} meshes of {} triangles at {} places, {} triangles stored for each place", placed.meshes.size(),
-               placed.stored_triangles, placed.places.size(), placed.other_triangles);
+    fmt::print("; {} meshes of {} triangles in {} instances, {} triangles stored for each instance",
+               instanced.meshes.size(), instanced.stored_triangles, instanced.instances.size(),
+               instanced.other_triangles);
   fmt::print("\n");
 }
 
@@ -191,10 +192,10 @@ struct Contents {
   Prepared prepared;
   InstanceChoice instances;
   Features features;
-  PlacedMeshes placed;
+  InstancedMeshes instanced;
   LightOverview light;
 
-  [[nodiscard]] std::uint64_t packed_triangles() const { return placed.packed_triangles(instances.two_level); }
+  [[nodiscard]] std::uint64_t packed_triangles() const { return instanced.packed_triangles(instances.two_level); }
 };
 
 void print_contents(const Contents& contents) {
@@ -203,9 +204,9 @@ void print_contents(const Contents& contents) {
   const Scene& scene = *prepared.scene;
   fmt::print("{}: {} bytes, hash {}\n", printable(scene.path.string()), scene.file_bytes, scene.hash);
   fmt::print("  {} triangles in {} nodes, {} meshes, {} materials, {} cameras\n",
-             contents.placed.packed_triangles(false), scene.nodes.size(), scene.meshes.size(), scene.materials.size(),
-             scene.cameras.size());
-  print_instances(contents.placed, contents.instances);
+             contents.instanced.packed_triangles(false), scene.nodes.size(), scene.meshes.size(),
+             scene.materials.size(), scene.cameras.size());
+  print_instances(contents.instanced, contents.instances);
   print_compression(scene.compressed);
   print_shapes(scene);
   if (!packed.bounds.empty())
@@ -253,7 +254,7 @@ std::uint64_t record_bytes(const Contents& contents) {
 std::uint64_t tree_bytes(const Contents& contents, const std::string& layout) {
   const std::uint64_t leaves = contents.packed_triangles() + contents.light.packed.shapes.size();
   return expected_tree_bytes(layout, leaves) +
-         (contents.instances.two_level ? contents.placed.places.size() * sizeof(InstanceRecord) : 0);
+         (contents.instances.two_level ? contents.instanced.instances.size() * sizeof(InstanceRecord) : 0);
 }
 
 /// Prints what scene and tree take in each layout.
@@ -262,7 +263,7 @@ void print_scene_memory(const Contents& contents) {
   for (const std::string& layout : tree_layouts()) {
     if (contents.instances.two_level && !has_two_levels(layout)) continue;
     const std::uint64_t tree = tree_bytes(contents, layout);
-    const std::uint64_t seen = contents.placed.packed_triangles(false) + shapes;
+    const std::uint64_t seen = contents.instanced.packed_triangles(false) + shapes;
     fmt::print("  {}: tree about {} bytes, scene about {} bytes{}\n", layout, tree, records + tree,
                seen == 0 ? "" : fmt::format(" ({:.0f} per triangle)", double(records + tree) / double(seen)));
   }
@@ -293,11 +294,11 @@ Contents look_at(const InfoOptions& options) {
   InstanceChoice instances;
   Features features = features_of(scene, prepared.settings, options.execution, &instances);
   LightOverview light = look_at_light(scene, features, prepared.settings);
-  PlacedMeshes placed = find_placed_meshes(scene);
+  InstancedMeshes instanced = find_instanced_meshes(scene);
   return {.prepared = std::move(prepared),
           .instances = std::move(instances),
           .features = std::move(features),
-          .placed = std::move(placed),
+          .instanced = std::move(instanced),
           .light = std::move(light)};
 }
 

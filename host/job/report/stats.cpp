@@ -10,7 +10,7 @@
 #include "job/report/metadata.h"
 #include "job/report/result_lines.h"
 #include "job/report/stage_table.h"
-#include "pack/geometry/placed_meshes.h"
+#include "pack/geometry/instanced_meshes.h"
 #include "wavefront/memory_need.h"
 
 namespace eikon {

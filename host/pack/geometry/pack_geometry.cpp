@@ -7,7 +7,7 @@
 
 #include "core/error.h"
 #include "core/host_limits.h"
-#include "pack/geometry/placed_meshes.h"
+#include "pack/geometry/instanced_meshes.h"
 #include "pack/pack_parts.h"
 #include "scene/emission.h"
 
@@ -51,26 +51,26 @@ class GeometryPacker {
         has_colors_(features.has(Feature::vertex_color)) {}
 
   void pack() {
-    placed_ = find_placed_meshes(scene_);
-    const bool two_level = two_level_ && !placed_.places.empty();
-    if (!two_level) packed_.saved_once = bytes_saved_once(placed_, features_);
-    const std::uint64_t count = placed_.packed_triangles(two_level);
+    instanced_ = find_instanced_meshes(scene_);
+    const bool two_level = two_level_ && !instanced_.instances.empty();
+    if (!two_level) packed_.two_level_saving = two_level_saving(instanced_, features_);
+    const std::uint64_t count = instanced_.packed_triangles(two_level);
     require_room(count);
     std::vector<std::size_t> last_node(scene_.meshes.size());
     for (std::size_t n = 0; n < scene_.nodes.size(); ++n) {
       // Instances are packed after all other nodes.
-      last_node[scene_.nodes[n].mesh] = n + (placed_.is_place[n] ? scene_.nodes.size() : 0);
+      last_node[scene_.nodes[n].mesh] = n + (instanced_.is_instance[n] ? scene_.nodes.size() : 0);
     }
     for (std::size_t n = 0; n < scene_.nodes.size(); ++n) {
       const std::uint32_t mesh = scene_.nodes[n].mesh;
-      if (placed_.is_place[n]) last_node[mesh] = std::max(last_node[mesh], n + scene_.nodes.size());
+      if (instanced_.is_instance[n]) last_node[mesh] = std::max(last_node[mesh], n + scene_.nodes.size());
     }
     packed_.triangles.reserve(count + scene_.shapes.size());
     if (has_normals_) packed_.normals.reserve(count);
     if (has_tangents_) packed_.tangents.reserve(count);
     if (has_colors_) packed_.colors.reserve(count);
     for (std::size_t n = 0; n < scene_.nodes.size(); ++n) {
-      if (placed_.is_place[n]) continue;
+      if (instanced_.is_instance[n]) continue;
       const std::uint32_t mesh = scene_.nodes[n].mesh;
       for_primitives(mesh, last_node[mesh] == n,
                      [&](const Primitive& primitive, Primitive* taken) { add(std::uint32_t(n), primitive, taken); });
@@ -79,26 +79,26 @@ class GeometryPacker {
       store_meshes();
       store_places();
     } else {
-      for (const MeshPlace& place : placed_.places) {
-        const std::uint32_t mesh = scene_.nodes[place.node].mesh;
+      for (const MeshInstance& instance : instanced_.instances) {
+        const std::uint32_t mesh = scene_.nodes[instance.node].mesh;
         std::size_t number = 0;
         for_primitives(
-            mesh, last_node[mesh] == place.node + scene_.nodes.size(),
-            [&](const Primitive& primitive, Primitive* taken) { add_placed(place, primitive, taken, number); });
+            mesh, last_node[mesh] == instance.node + scene_.nodes.size(),
+            [&](const Primitive& primitive, Primitive* taken) { add_instance(instance, primitive, taken, number); });
       }
     }
     if (two_level && release_ != nullptr)
-      for (const MeshPlace& place : placed_.places)
-        for (Primitive& primitive : (*release_)[scene_.nodes[place.node].mesh].primitives) let_go(primitive);
+      for (const MeshInstance& instance : instanced_.instances)
+        for (Primitive& primitive : (*release_)[scene_.nodes[instance.node].mesh].primitives) let_go(primitive);
   }
 
   /// Packs what emits, and of everything else only the bounds. full: called whenever there are many triangles
   void pack_emitters(const std::function<void()>& full) {
     full_ = full;
-    placed_ = find_placed_meshes(scene_);
-    require_room(placed_.packed_triangles(two_level_));
+    instanced_ = find_instanced_meshes(scene_);
+    require_room(instanced_.packed_triangles(two_level_));
     for (std::size_t n = 0; n < scene_.nodes.size(); ++n) {
-      if (placed_.is_place[n]) continue;
+      if (instanced_.is_instance[n]) continue;
       const Node& node = scene_.nodes[n];
       for (const Primitive& primitive : scene_.meshes[node.mesh].primitives) {
         if (emits(scene_.materials[primitive.material]))
@@ -107,8 +107,8 @@ class GeometryPacker {
           for (const glm::vec3& p : primitive.positions_object) grow(packed_.bounds, glm::dvec3(world_point(node, p)));
       }
     }
-    if (placed_.places.empty()) return;  // they never emit
-    static_cast<void>(place_boxes(scene_, placed_, packed_.bounds));
+    if (instanced_.instances.empty()) return;  // they never emit
+    static_cast<void>(instance_boxes(scene_, instanced_, packed_.bounds));
   }
 
  private:
@@ -179,7 +179,7 @@ class GeometryPacker {
     const std::uint64_t bytes = count * triangle_bytes(features_);
     const std::uint64_t memory = usable_memory_bytes();
     if (count <= kMaxTriangles && bytes <= memory) return;
-    const bool repeats = !two_level_ && placed_.placed_triangles > 2 * placed_.stored_triangles;
+    const bool repeats = !two_level_ && instanced_.instanced_triangles > 2 * instanced_.stored_triangles;
     throw InputError(
         fmt::format("{}: {} triangles in all nodes need {} MB of {} MB and are {} at most; {}", scene_.path.string(),
                     count, bytes >> 20, memory >> 20, kMaxTriangles,
@@ -188,7 +188,7 @@ class GeometryPacker {
 
   /// Adds triangles whose vertices are placed already: for each instance in the world, or once in
   /// object space.
-  void add_triangles(const WorldVertices& at, const Primitive& primitive, const PlacedMesh& mesh, std::uint32_t node,
+  void add_triangles(const WorldVertices& at, const Primitive& primitive, const InstancedMesh& mesh, std::uint32_t node,
                      std::size_t& number, bool in_world) {
     const std::uint32_t flags = surface_flags(scene_.materials[primitive.material], &primitive);
     for (std::size_t i = 0; i < primitive.indices.triangle_count(); ++i) {
@@ -217,26 +217,27 @@ class GeometryPacker {
   }
 
   /// Adds a mesh for one instance, with the bits that it would have if it were stored once.
-  void add_placed(const MeshPlace& place, const Primitive& primitive, Primitive* released, std::size_t& number) {
-    const bool mirrored = placed_.meshes[place.mesh].mirrored;
+  void add_instance(const MeshInstance& instance, const Primitive& primitive, Primitive* released,
+                    std::size_t& number) {
+    const bool mirrored = instanced_.meshes[instance.mesh].mirrored;
     WorldVertices world;
     world.positions.reserve(primitive.positions_object.size());
     for (const glm::vec3& p : primitive.positions_object) {
-      world.positions.push_back(placed_point(place.matrix, p));
+      world.positions.push_back(placed_point(instance.matrix, p));
       grow(packed_.bounds, glm::dvec3(world.positions.back()));
     }
     if (has_vertex_normal_)
       for (const glm::vec3& n : primitive.normals_object)
-        world.normals.push_back(placed_normal(place.matrix, mirrored, n));
+        world.normals.push_back(placed_normal(instance.matrix, mirrored, n));
     if (has_tangent_)
       for (const glm::vec4& t : primitive.tangents_object)
-        world.tangents.emplace_back(placed_tangent(place.matrix, glm::vec3(t)), t.w);
-    add_triangles(world, primitive, placed_.meshes[place.mesh], place.node, number, true);
+        world.tangents.emplace_back(placed_tangent(instance.matrix, glm::vec3(t)), t.w);
+    add_triangles(world, primitive, instanced_.meshes[instance.mesh], instance.node, number, true);
     if (released != nullptr) let_go(*released);
   }
 
   void store_meshes() {
-    for (const PlacedMesh& mesh : placed_.meshes) {
+    for (const InstancedMesh& mesh : instanced_.meshes) {
       packed_.stored_meshes.push_back({packed_.triangles.size(), std::size_t(mesh.triangles)});
       std::size_t number = 0;
       for (const Primitive& primitive : scene_.meshes[mesh.mesh].primitives) {
@@ -250,10 +251,10 @@ class GeometryPacker {
   }
 
   void store_places() {
-    packed_.instances.reserve(placed_.places.size());
-    for (const MeshPlace& place : placed_.places)
-      packed_.instances.push_back(instance_record(place, placed_.meshes[place.mesh]));
-    packed_.place_boxes = place_boxes(scene_, placed_, packed_.bounds);
+    packed_.instances.reserve(instanced_.instances.size());
+    for (const MeshInstance& instance : instanced_.instances)
+      packed_.instances.push_back(instance_record(instance, instanced_.meshes[instance.mesh]));
+    packed_.instance_boxes = instance_boxes(scene_, instanced_, packed_.bounds);
   }
 
   static Corners corners_at(const Primitive& primitive, std::size_t triangle, bool mirrored) {
@@ -318,7 +319,7 @@ class GeometryPacker {
   std::vector<Mesh>* release_;  // scene_'s own, or null
   PackedScene& packed_;
   PassableMaterials passable_;
-  PlacedMeshes placed_;
+  InstancedMeshes instanced_;
   const Features& features_;
   std::function<void()> full_ = {};
   bool two_level_;

@@ -8,7 +8,7 @@
 #include "accel/box.h"
 #include "core/error.h"
 #include "core/host_limits.h"
-#include "pack/geometry/placed_meshes.h"
+#include "pack/geometry/instanced_meshes.h"
 #include "pack/pack_parts.h"
 
 namespace eikon {

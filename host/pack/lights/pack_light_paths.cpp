@@ -103,7 +103,7 @@ class Targets {
       const std::span<const Triangle> own(&packed.triangles[mesh.first], mesh.count);
       const auto found = std::ranges::find_if(own, is_target);
       if (found == own.end()) continue;
-      const PlaceBox& box = packed.place_boxes[i];
+      const InstanceBox& box = packed.instance_boxes[i];
       groups[{packed.instances[i].node, found->material}].push_back({box.lo, box.hi, box.lo, true});
     }
     for (auto& [key, pieces] : groups) clusters_.push_back(std::move(pieces));

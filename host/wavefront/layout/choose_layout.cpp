@@ -7,7 +7,7 @@
 
 #include "accel/accel.h"
 #include "core/error.h"
-#include "pack/geometry/placed_meshes.h"
+#include "pack/geometry/instanced_meshes.h"
 #include "wavefront/layout/ray_bench.h"
 
 namespace eikon {

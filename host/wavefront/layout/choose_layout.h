@@ -40,7 +40,7 @@ struct LayoutPlan {
 /// all scenes that were measured.
 /// config     of configure(), with execution.layout if it is a layout
 /// rays       that the render is expected to trace
-/// two_level  true: only layouts with two levels (placed_meshes.h)
+/// two_level  true: only layouts with two levels (instanced_meshes.h)
 [[nodiscard]] LayoutPlan plan_layout(const WavefrontConfig& config, const Execution& execution, std::size_t triangles,
                                      double rays, bool two_level = false);
 

@@ -9,7 +9,7 @@
 #include "support/accel_fixtures.h"
 #include "kernels/traverse/random_rays.h"
 #include "kernels/traverse/traverse_probe.h"
-#include "pack/geometry/placed_meshes.h"
+#include "pack/geometry/instanced_meshes.h"
 
 namespace eikon {
 namespace {
@@ -41,7 +41,7 @@ glm::dmat4 anywhere(Random& random, double reach, double size) {
          glm::scale(glm::dmat4(1), glm::dvec3(stretch(), stretch(), stretch()));
 }
 
-/// Meshes of few and of many triangles at many places, one of them far from its own origin; meshes at one place; shapes; and meshes at the
+/// Meshes of few and of many triangles with many instances, one of them far from its own origin; meshes with one instance; shapes; and meshes at the
 /// same place twice, so that hits tie.
 Scene crowd(double size, std::uint32_t seed, bool shapes) {
   Random random(seed);
@@ -139,13 +139,13 @@ struct Packed {
     features.set_two_level(two_level, "the test");
     scene = pack_scene(from, features, settings);
   }
-  /// The index of each place's first triangle if it were stored for each.
+  /// The index of each instance's first triangle if the mesh were stored for each.
   [[nodiscard]] ProbeHit flat(ProbeHit hit) const {
     if (hit.triangle == EK_NO_HIT) hit.instance = 0;  // means nothing
     if (scene.instances.empty() || hit.triangle == EK_NO_HIT) return hit;
     const std::size_t stored = scene.stored_meshes.front().first;
     if (hit.triangle >= scene.triangle_count()) {
-      hit.triangle += std::uint32_t(scene.seen_triangle_count() - scene.triangle_count());
+      hit.triangle += std::uint32_t(scene.instanced_triangle_count() - scene.triangle_count());
     } else if (hit.triangle >= stored) {
       std::size_t first = stored;
       for (std::size_t i = 0; i + 1 < hit.instance; ++i) first += scene.stored_meshes[scene.instances[i].mesh].count;
@@ -188,7 +188,7 @@ void expect_hits_of_brute_force(const Scene& scene, double size, std::size_t cou
                                 const Ways& ways) {
   const Packed flat(scene, false), two_level(scene, true);
   ASSERT_FALSE(two_level.scene.instances.empty());
-  EXPECT_EQ(two_level.scene.seen_triangle_count(), flat.scene.triangle_count());
+  EXPECT_EQ(two_level.scene.instanced_triangle_count(), flat.scene.triangle_count());
   EXPECT_EQ(two_level.scene.bounds.lo, flat.scene.bounds.lo);
   EXPECT_EQ(two_level.scene.bounds.hi, flat.scene.bounds.hi);
   const std::vector<ProbeRay> rays = rays_at(flat.scene, count, size, seed);

@@ -290,7 +290,7 @@ class TraverseProbe {
     if (!scene.motion.empty()) return build_over_time(scene, accel_options(probe));
     if (scene.instances.empty()) return build_accel(soup_of(scene), accel_options(probe));
     return build_two_level(
-        {soup_of(scene), scene.shapes.size(), scene.stored_meshes, scene.instances, scene.place_boxes},
+        {soup_of(scene), scene.shapes.size(), scene.stored_meshes, scene.instances, scene.instance_boxes},
         accel_options(probe));
   }
 

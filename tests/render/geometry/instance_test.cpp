@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Meshes that stand at many places: the picture has the same bits whether they are stored once or for each place.
+// Meshes with many instances: the picture has the same bits whether they are stored once or for each instance.
 #include <random>
 
-#include "pack/geometry/placed_meshes.h"
+#include "pack/geometry/instanced_meshes.h"
 #include "render/scene_builder.h"
 
 namespace eikon::test {
 namespace {
 
-/// The room with balls that have normals of their own, and boxes that have none, at many places: turned, stretched, some mirrored.
+/// The room with balls that have normals of their own, and boxes that have none, with many instances: turned, stretched, some mirrored.
 std::pair<Scene, Settings> crowded_room() {
   auto [scene, settings] = room(41, 27, 8);
   settings.aovs = {"albedo", "normal", "depth", "id"};
@@ -89,7 +89,7 @@ TEST(Instances, G19_exact_places_are_hit_where_the_baked_mesh_is_to_the_bit) {
   }
   Execution two_level;
   two_level.instances = InstanceMode::two_level;
-  // Hits, that is: normals of places come from floats, those of other triangles from doubles, and may differ in the last bit.
+  // Hits, that is: normals of instances come from floats, those of other triangles from doubles, and may differ in the last bit.
   const Film expected = film_of(baked, settings), found = film_of(once, settings, two_level);
   for (std::uint32_t y = 0; y < settings.height; ++y)
     for (std::uint32_t x = 0; x < settings.width; ++x)
@@ -112,12 +112,12 @@ TEST(Instances, one_place_is_stored_as_it_is_and_lights_and_glass_for_each_place
       }
     }
   }
-  const PlacedMeshes placed = find_placed_meshes(scene);
-  for (const PlacedMesh& mesh : placed.meshes) {
+  const InstancedMeshes instanced = find_instanced_meshes(scene);
+  for (const InstancedMesh& mesh : instanced.meshes) {
     EXPECT_NE(scene.meshes[mesh.mesh].name, "lamp");
     EXPECT_NE(scene.meshes[mesh.mesh].name, "ball");
   }
-  EXPECT_EQ(placed.meshes.size(), 4U);  // boxes and balls, and those that are mirrored
+  EXPECT_EQ(instanced.meshes.size(), 4U);  // boxes and balls, and those that are mirrored
   Execution flat, two_level;
   flat.instances = InstanceMode::flat;
   two_level.instances = InstanceMode::two_level;
@@ -169,9 +169,9 @@ TEST(Instances, triangles_without_area_are_left_out_wherever_they_lose_it) {
   put(glm::rotate(glm::dmat4(1), 0.3, glm::dvec3(1, 1, 0)));
   put(glm::translate(glm::dmat4(1), {1e9, 0, 0}));  // where corners fall together
   put(glm::scale(glm::dmat4(1), {1, 1, 0}));        // no way back
-  const PlacedMeshes placed = find_placed_meshes(scene);
-  EXPECT_EQ(placed.is_place, (std::vector<bool>{true, true, false, false}));
-  EXPECT_EQ(placed.meshes.at(0).triangles, 1U);
+  const InstancedMeshes instanced = find_instanced_meshes(scene);
+  EXPECT_EQ(instanced.is_instance, (std::vector<bool>{true, true, false, false}));
+  EXPECT_EQ(instanced.meshes.at(0).triangles, 1U);
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include <memory>
 #include <optional>
 
-#include "pack/geometry/placed_meshes.h"
+#include "pack/geometry/instanced_meshes.h"
 #include "pack/pack.h"
 #include "render/lights/light_path_scenes.h"
 #include "wavefront/wavefront.h"

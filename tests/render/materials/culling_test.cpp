@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // --cull camera: camera rays pass the backs of single-sided surfaces as if these were not there, and no other ray does.
 #include "formula/parse.h"
-#include "pack/geometry/placed_meshes.h"
+#include "pack/geometry/instanced_meshes.h"
 #include "render/materials/glass_builder.h"
 #include "render/ways_to_shade.h"
 

@@ -2,7 +2,7 @@
 // These tests show that look_at_light, which packs no lights, finds what packing them gives.
 #include <gtest/gtest.h>
 
-#include "pack/geometry/placed_meshes.h"
+#include "pack/geometry/instanced_meshes.h"
 #include "pack/pack.h"
 
 namespace eikon {

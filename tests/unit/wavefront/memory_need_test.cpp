@@ -104,7 +104,7 @@ TEST(Memory, what_two_levels_or_another_accelerator_or_a_smaller_picture_would_s
   const DeviceInfo device = device_of(100 * kMega, 400 * kMega);
   EXPECT_NE(refusal(need, device).find("store meshes once (--instances two-level saves about 150.0 MB)"),
             std::string::npos);
-  need.saved_once = 0;
+  need.two_level_saving = 0;
   Execution grid;
   grid.accel = "grid";
   try {

@@ -15,8 +15,8 @@
 
 namespace eikon {
 
-/// A mesh that can be stored once. Nodes that mirror it and nodes that do not have an entry each.
-struct PlacedMesh {
+/// A mesh of several nodes that can be stored once for all of them. Nodes that mirror it and nodes that do not have an entry each.
+struct InstancedMesh {
   std::uint32_t mesh = 0;
   bool mirrored = false;
   std::vector<bool> dropped = {};  // per triangle of all primitives in order: true if it has no area, and is in no tree
@@ -26,34 +26,36 @@ struct PlacedMesh {
   double least_height = 0;         // smallest height of a triangle above its longest side
 };
 
-/// A node whose mesh could be stored once.
-struct MeshPlace {
-  std::uint32_t node = 0, mesh = 0;  // mesh: of PlacedMeshes::meshes
+/// An instance of such a mesh: a node that shows it.
+struct MeshInstance {
+  std::uint32_t node = 0, mesh = 0;  // mesh: of InstancedMeshes::meshes
   PlacingMatrix matrix;
   float error = 0;  // InstanceRecord's
 };
 
-struct PlacedMeshes {
-  std::vector<PlacedMesh> meshes;
-  std::vector<MeshPlace> places;       // in the order of the nodes
-  std::vector<bool> is_place;          // per node
-  std::uint64_t placed_triangles = 0;  // of all places
+/// The meshes of a scene that can be stored once, and their instances.
+struct InstancedMeshes {
+  std::vector<InstancedMesh> meshes;
+  std::vector<MeshInstance> instances;    // in the order of the nodes
+  std::vector<bool> is_instance;          // per node
+  std::uint64_t instanced_triangles = 0;  // of all instances
   std::uint64_t stored_triangles = 0;  // of all meshes here
-  std::uint64_t other_triangles = 0;   // of nodes that are no places
+  std::uint64_t other_triangles = 0;   // of nodes that are no such instances
 
   /// Triangles that devices get.
   [[nodiscard]] std::uint64_t packed_triangles(bool two_level) const {
-    return other_triangles + (two_level ? stored_triangles : placed_triangles);
+    return other_triangles + (two_level ? stored_triangles : instanced_triangles);
   }
 };
 
 /// Finds the meshes of two nodes and more. Left out are meshes that emit (each instance is a light
 /// of its own), that rays may pass, and that contain a medium (camera_medium.h counts triangles of
 /// the world); and nodes that flatten a mesh, or move it so far away that triangles lose their area
-/// to rounding; and all where triangles move while the shutter is open. The answer depends on the scene alone, and corners of these instances have the bits
-/// of placed.h however they are stored.
-[[nodiscard]] PlacedMeshes find_placed_meshes(const Scene& scene);
+/// to rounding; and all where triangles move while the shutter is open. The answer depends on the scene alone, and corners of these
+/// instances have the bits of placed.h however they are stored.
+[[nodiscard]] InstancedMeshes find_instanced_meshes(const Scene& scene);
 
+/// The decision about --instances: whether such meshes are stored once, in two levels of trees.
 struct InstanceChoice {
   bool two_level = false;
   std::string why;       // "saves 120 MB", "--accel grid has one level", ...
@@ -65,11 +67,11 @@ struct InstanceChoice {
 [[nodiscard]] std::uint64_t triangle_bytes(const Features& features);
 
 /// A rough number of bytes that two levels save.
-[[nodiscard]] std::uint64_t bytes_saved_once(const PlacedMeshes& placed, const Features& features);
+[[nodiscard]] std::uint64_t two_level_saving(const InstancedMeshes& instanced, const Features& features);
 
 /// Decides by --instances. `automatic` takes two levels if they save half of the bytes, and enough
 /// of them to matter.
-[[nodiscard]] InstanceChoice choose_instances(const PlacedMeshes& placed, const Features& features,
+[[nodiscard]] InstanceChoice choose_instances(const InstancedMeshes& instanced, const Features& features,
                                               const Execution& execution);
 
 /// The features that scene, settings and --instances need. choice: receives the decision, unless
@@ -81,10 +83,11 @@ struct InstanceChoice {
 [[nodiscard]] bool has_two_levels(const std::string& layout);
 
 /// Everything but `root`, which is set when a tree is built.
-[[nodiscard]] InstanceRecord instance_record(const MeshPlace& place, const PlacedMesh& mesh);
+[[nodiscard]] InstanceRecord instance_record(const MeshInstance& instance, const InstancedMesh& mesh);
 
 /// The box of each instance. `bounds` grows to contain them, to the bit as if each corner had been
 /// added.
-[[nodiscard]] std::vector<PlaceBox> place_boxes(const Scene& scene, const PlacedMeshes& placed, Bounds& bounds);
+[[nodiscard]] std::vector<InstanceBox> instance_boxes(const Scene& scene, const InstancedMeshes& instanced,
+                                                      Bounds& bounds);
 
 }  // namespace eikon

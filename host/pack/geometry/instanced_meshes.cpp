@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pack/geometry/placed_meshes.h"
+#include "pack/geometry/instanced_meshes.h"
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
@@ -37,8 +37,8 @@ void for_each_triangle(const Mesh& mesh, const Fn& fn) {
       fn(primitive, primitive.indices.triangle(t), number++);
 }
 
-PlacedMesh measure(const Mesh& mesh, std::uint32_t index) {
-  PlacedMesh m;
+InstancedMesh measure(const Mesh& mesh, std::uint32_t index) {
+  InstancedMesh m;
   m.mesh = index;
   m.lo = glm::vec3(std::numeric_limits<float>::max());
   m.hi = -m.lo;
@@ -62,10 +62,10 @@ PlacedMesh measure(const Mesh& mesh, std::uint32_t index) {
 }
 
 /// True if a triangle with an area has none in this instance.
-bool loses_triangles(const Mesh& mesh, const PlacedMesh& placed, const PlacingMatrix& matrix) {
+bool loses_triangles(const Mesh& mesh, const InstancedMesh& instanced, const PlacingMatrix& matrix) {
   bool loses = false;
   for_each_triangle(mesh, [&](const Primitive& primitive, const Corners& corner, std::size_t number) {
-    if (loses || placed.dropped[number]) return;
+    if (loses || instanced.dropped[number]) return;
     float corners[9];
     for (std::size_t k = 0; k < 3; ++k) {
       const glm::vec3 p = placed_point(matrix, primitive.positions_object[corner[k]]);
@@ -77,15 +77,15 @@ bool loses_triangles(const Mesh& mesh, const PlacedMesh& placed, const PlacingMa
 }
 
 /// Finds the matrix of an instance. Returns false if its mesh cannot be stored once for this node.
-bool place_node(const Scene& scene, const Node& node, const PlacedMesh& mesh, MeshPlace& place) {
-  place.matrix = placing_matrix(node.world_from_object);
-  const auto& rows = place.matrix.rows;
-  const glm::dmat3 linear = linear_part(place.matrix);
+bool place_node(const Scene& scene, const Node& node, const InstancedMesh& mesh, MeshInstance& instance) {
+  instance.matrix = placing_matrix(node.world_from_object);
+  const auto& rows = instance.matrix.rows;
+  const glm::dmat3 linear = linear_part(instance.matrix);
   double largest = 0;
   for (int i = 0; i < 3; ++i) {
     const glm::dvec3 row(rows[std::size_t(i)]);
     const glm::dvec3 farthest = glm::max(glm::abs(glm::dvec3(mesh.lo)), glm::abs(glm::dvec3(mesh.hi)));
-    largest = std::max(largest, glm::dot(glm::abs(row), farthest) + std::abs(double(place.matrix.translation[i])));
+    largest = std::max(largest, glm::dot(glm::abs(row), farthest) + std::abs(double(instance.matrix.translation[i])));
   }
   const glm::dmat3 inverse = glm::inverse(linear);
   const double scale = norm(linear), inverse_scale = norm(inverse);
@@ -94,10 +94,10 @@ bool place_node(const Scene& scene, const Node& node, const PlacedMesh& mesh, Me
     return false;
   // Bounds the errors of three products, two sums and the translation, half a unit each, with room
   // to spare.
-  place.error = float(largest * 0x1p-21);
+  instance.error = float(largest * 0x1p-21);
   const double least = 1 / (inverse_scale * inverse_scale * scale);  // heights shrink by this factor at most
-  return least * mesh.least_height > 32 * double{place.error} ||
-         !loses_triangles(scene.meshes[node.mesh], mesh, place.matrix);
+  return least * mesh.least_height > 32 * double{instance.error} ||
+         !loses_triangles(scene.meshes[node.mesh], mesh, instance.matrix);
 }
 
 bool can_be_stored_once(const Scene& scene, const Mesh& mesh, const PassableMaterials& passable) {
@@ -107,7 +107,7 @@ bool can_be_stored_once(const Scene& scene, const Mesh& mesh, const PassableMate
   });
 }
 
-void find_places(const Scene& scene, PlacedMeshes& found) {
+void find_instances(const Scene& scene, InstancedMeshes& found) {
   std::vector<std::uint32_t> uses(scene.meshes.size(), 0);
   for (const Node& node : scene.nodes) ++uses[node.mesh];
   if (std::ranges::none_of(uses, [](std::uint32_t n) { return n > 1; })) return;
@@ -116,10 +116,10 @@ void find_places(const Scene& scene, PlacedMeshes& found) {
   std::vector<std::uint32_t> entry[2] = {std::vector(scene.meshes.size(), kNone),
                                          std::vector(scene.meshes.size(), kNone)};
   std::vector<std::uint32_t> measured(scene.meshes.size(), kNone);
-  std::vector<PlacedMesh> measures;
+  std::vector<InstancedMesh> measures;
   for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
     if (uses[m] < 2 || !can_be_stored_once(scene, scene.meshes[m], passable)) continue;
-    PlacedMesh mesh = measure(scene.meshes[m], std::uint32_t(m));
+    InstancedMesh mesh = measure(scene.meshes[m], std::uint32_t(m));
     if (mesh.triangles == 0) continue;
     measured[m] = std::uint32_t(measures.size());
     measures.push_back(std::move(mesh));
@@ -127,9 +127,9 @@ void find_places(const Scene& scene, PlacedMeshes& found) {
   for (std::size_t n = 0; n < scene.nodes.size(); ++n) {
     const Node& node = scene.nodes[n];
     if (measured[node.mesh] == kNone) continue;
-    MeshPlace place;
-    const PlacedMesh& mesh = measures[measured[node.mesh]];
-    if (!place_node(scene, node, mesh, place)) continue;
+    MeshInstance instance;
+    const InstancedMesh& mesh = measures[measured[node.mesh]];
+    if (!place_node(scene, node, mesh, instance)) continue;
     std::uint32_t& to = entry[node.mirrored ? 1 : 0][node.mesh];
     if (to == kNone) {
       to = std::uint32_t(found.meshes.size());
@@ -137,11 +137,11 @@ void find_places(const Scene& scene, PlacedMeshes& found) {
       found.meshes.back().mirrored = node.mirrored;
       found.stored_triangles += mesh.triangles;
     }
-    place.node = std::uint32_t(n);
-    place.mesh = to;
-    found.places.push_back(place);
-    found.is_place[n] = true;
-    found.placed_triangles += mesh.triangles;
+    instance.node = std::uint32_t(n);
+    instance.mesh = to;
+    found.instances.push_back(instance);
+    found.is_instance[n] = true;
+    found.instanced_triangles += mesh.triangles;
   }
 }
 
@@ -150,10 +150,10 @@ struct StoredBytes {
   std::uint64_t flat = 0, two_level = 0;
 };
 
-StoredBytes stored_bytes(const PlacedMeshes& placed, const Features& features) {
+StoredBytes stored_bytes(const InstancedMeshes& instanced, const Features& features) {
   const std::uint64_t bytes = kTreeBytes + triangle_bytes(features);
-  return {bytes * placed.placed_triangles,
-          bytes * placed.stored_triangles + (sizeof(InstanceRecord) + kTopBytes) * placed.places.size()};
+  return {bytes * instanced.instanced_triangles,
+          bytes * instanced.stored_triangles + (sizeof(InstanceRecord) + kTopBytes) * instanced.instances.size()};
 }
 
 }  // namespace
@@ -165,17 +165,17 @@ std::uint64_t triangle_bytes(const Features& features) {
          (features.has(Feature::vertex_color) ? sizeof(TriangleColors) : 0);
 }
 
-std::uint64_t bytes_saved_once(const PlacedMeshes& placed, const Features& features) {
-  const StoredBytes bytes = stored_bytes(placed, features);
+std::uint64_t two_level_saving(const InstancedMeshes& instanced, const Features& features) {
+  const StoredBytes bytes = stored_bytes(instanced, features);
   return bytes.flat > bytes.two_level ? bytes.flat - bytes.two_level : 0;
 }
 
-PlacedMeshes find_placed_meshes(const Scene& scene) {
-  PlacedMeshes found;
-  found.is_place.resize(scene.nodes.size(), false);
-  if (!scene.in_motion) find_places(scene, found);
+InstancedMeshes find_instanced_meshes(const Scene& scene) {
+  InstancedMeshes found;
+  found.is_instance.resize(scene.nodes.size(), false);
+  if (!scene.in_motion) find_instances(scene, found);
   for (std::size_t n = 0; n < scene.nodes.size(); ++n)
-    if (!found.is_place[n])
+    if (!found.is_instance[n])
       for (const Primitive& primitive : scene.meshes[scene.nodes[n].mesh].primitives)
         found.other_triangles += primitive.indices.triangle_count();
   return found;
@@ -183,7 +183,8 @@ PlacedMeshes find_placed_meshes(const Scene& scene) {
 
 bool has_two_levels(const std::string& layout) { return layout == "bvh16" || layout == "bvh8" || layout == "bvh2"; }
 
-InstanceChoice choose_instances(const PlacedMeshes& placed, const Features& features, const Execution& execution) {
+InstanceChoice choose_instances(const InstancedMeshes& instanced, const Features& features,
+                                const Execution& execution) {
   InstanceChoice choice;
   const bool asked = execution.instances == InstanceMode::two_level;
   const auto flat = [&](std::string why) {
@@ -191,8 +192,8 @@ InstanceChoice choose_instances(const PlacedMeshes& placed, const Features& feat
     choice.refused = asked;
     return choice;
   };
-  if (placed.places.empty()) return flat("no opaque mesh stands at two places");
-  const StoredBytes bytes = stored_bytes(placed, features);
+  if (instanced.instances.empty()) return flat("no opaque mesh has two instances");
+  const StoredBytes bytes = stored_bytes(instanced, features);
   choice.flat_bytes = bytes.flat;
   choice.two_level_bytes = bytes.two_level;
   if (execution.accel != "bvh") return flat(fmt::format("--accel {} has one level", execution.accel));
@@ -209,7 +210,7 @@ InstanceChoice choose_instances(const PlacedMeshes& placed, const Features& feat
 
 Features features_of(const Scene& scene, const Settings& settings, const Execution& execution, InstanceChoice* choice) {
   Features features(scene, settings);
-  InstanceChoice chosen = choose_instances(find_placed_meshes(scene), features, execution);
+  InstanceChoice chosen = choose_instances(find_instanced_meshes(scene), features, execution);
   features.set_two_level(chosen.two_level, chosen.why);
   if (choice != nullptr) *choice = std::move(chosen);
   return features;
@@ -221,24 +222,25 @@ namespace {
 constexpr std::uint64_t kMostCorners = std::uint64_t{1} << 27;
 
 /// A box from the mesh's box alone, which is larger than necessary but takes no time.
-PlaceBox quick_box(const MeshPlace& place, const PlacedMesh& mesh) {
+InstanceBox quick_box(const MeshInstance& instance, const InstancedMesh& mesh) {
   const glm::dvec3 middle = 0.5 * (glm::dvec3(mesh.lo) + glm::dvec3(mesh.hi)), half = glm::dvec3(mesh.hi) - middle;
-  PlaceBox box;
+  InstanceBox box;
   for (int i = 0; i < 3; ++i) {
-    const glm::dvec3 row(place.matrix.rows[std::size_t(i)]);
-    const double at = glm::dot(row, middle) + double(place.matrix.translation[i]);
-    const double reach = glm::dot(glm::abs(row), half) + 2 * double{place.error};
+    const glm::dvec3 row(instance.matrix.rows[std::size_t(i)]);
+    const double at = glm::dot(row, middle) + double(instance.matrix.translation[i]);
+    const double reach = glm::dot(glm::abs(row), half) + 2 * double{instance.error};
     box.lo[i] = down(at - reach);
     box.hi[i] = up(at + reach);
   }
   return box;
 }
 
-PlaceBox exact_box(const Scene& scene, const MeshPlace& place) {
-  PlaceBox box{glm::vec3(std::numeric_limits<float>::infinity()), glm::vec3(-std::numeric_limits<float>::infinity())};
-  for (const Primitive& primitive : scene.meshes[scene.nodes[place.node].mesh].primitives) {
+InstanceBox exact_box(const Scene& scene, const MeshInstance& instance) {
+  InstanceBox box{glm::vec3(std::numeric_limits<float>::infinity()),
+                  glm::vec3(-std::numeric_limits<float>::infinity())};
+  for (const Primitive& primitive : scene.meshes[scene.nodes[instance.node].mesh].primitives) {
     for (const glm::vec3& p : primitive.positions_object) {
-      const glm::vec3 world = placed_point(place.matrix, p);
+      const glm::vec3 world = placed_point(instance.matrix, p);
       box.lo = glm::min(box.lo, world);
       box.hi = glm::max(box.hi, world);
     }
@@ -248,9 +250,9 @@ PlaceBox exact_box(const Scene& scene, const MeshPlace& place) {
 
 }  // namespace
 
-InstanceRecord instance_record(const MeshPlace& place, const PlacedMesh& mesh) {
-  const auto& rows = place.matrix.rows;
-  const glm::vec3& t = place.matrix.translation;
+InstanceRecord instance_record(const MeshInstance& instance, const InstancedMesh& mesh) {
+  const auto& rows = instance.matrix.rows;
+  const glm::vec3& t = instance.matrix.translation;
   InstanceRecord r{};
   r.m_xx = rows[0].x, r.m_xy = rows[0].y, r.m_xz = rows[0].z, r.t_x = t.x;
   r.m_yx = rows[1].x, r.m_yy = rows[1].y, r.m_yz = rows[1].z, r.t_y = t.y;
@@ -260,35 +262,35 @@ InstanceRecord instance_record(const MeshPlace& place, const PlacedMesh& mesh) {
   glm::vec3 extent;
   for (int i = 0; i < 3; ++i) {
     const glm::dvec3 row(rows[std::size_t(i)]);
-    extent[i] = up(glm::dot(glm::abs(row), glm::dvec3(mesh.extent)) + 4 * double{place.error});
+    extent[i] = up(glm::dot(glm::abs(row), glm::dvec3(mesh.extent)) + 4 * double{instance.error});
   }
-  const glm::mat3 inverse(glm::inverse(linear_part(place.matrix)));
+  const glm::mat3 inverse(glm::inverse(linear_part(instance.matrix)));
   r.i_xx = inverse[0][0], r.i_xy = inverse[1][0], r.i_xz = inverse[2][0];
   r.i_yx = inverse[0][1], r.i_yy = inverse[1][1], r.i_yz = inverse[2][1];
   r.i_zx = inverse[0][2], r.i_zy = inverse[1][2], r.i_zz = inverse[2][2];
   r.extent_x = extent.x, r.extent_y = extent.y, r.extent_z = extent.z;
-  r.error = place.error;
+  r.error = instance.error;
   r.facing = mesh.mirrored ? -1.0F : 1.0F;
-  r.node = place.node;
-  r.mesh = place.mesh;
+  r.node = instance.node;
+  r.mesh = instance.mesh;
   return r;
 }
 
-std::vector<PlaceBox> place_boxes(const Scene& scene, const PlacedMeshes& placed, Bounds& bounds) {
-  const std::size_t count = placed.places.size();
+std::vector<InstanceBox> instance_boxes(const Scene& scene, const InstancedMeshes& instanced, Bounds& bounds) {
+  const std::size_t count = instanced.instances.size();
   std::uint64_t corners = 0;
-  for (const MeshPlace& place : placed.places)
-    for (const Primitive& primitive : scene.meshes[scene.nodes[place.node].mesh].primitives)
+  for (const MeshInstance& instance : instanced.instances)
+    for (const Primitive& primitive : scene.meshes[scene.nodes[instance.node].mesh].primitives)
       corners += primitive.positions_object.size();
-  std::vector<PlaceBox> boxes(count);
+  std::vector<InstanceBox> boxes(count);
   std::vector<char> exact(count, corners <= kMostCorners ? 1 : 0);
   tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
-    const MeshPlace& place = placed.places[i];
-    boxes[i] = exact[i] != 0 ? exact_box(scene, place) : quick_box(place, placed.meshes[place.mesh]);
+    const MeshInstance& instance = instanced.instances[i];
+    boxes[i] = exact[i] != 0 ? exact_box(scene, instance) : quick_box(instance, instanced.meshes[instance.mesh]);
   });
   // Bounds must not grow by a box that is larger than its corners.
   const auto settle = [&](std::size_t i) {
-    if (exact[i] == 0) boxes[i] = exact_box(scene, placed.places[i]);
+    if (exact[i] == 0) boxes[i] = exact_box(scene, instanced.instances[i]);
     exact[i] = 1;
     bounds.lo = glm::min(bounds.lo, glm::dvec3(boxes[i].lo));
     bounds.hi = glm::max(bounds.hi, glm::dvec3(boxes[i].hi));
