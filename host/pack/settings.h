@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// What a render is told: Settings decide the image, and Execution decides how the work is done.
 #pragma once
 #include <cstdint>
 #include <memory>
@@ -68,8 +69,12 @@ struct Settings {
   /// off later depends on it; the image does not.
   std::uint64_t likely_samples = 0;
   std::uint32_t seed = 0;
-  std::uint32_t replicate_bits = 1;  // two replicates
-  std::uint32_t max_depth = 0;       // 0: no limit
+  // log2 of the number of replicates: sample i of each pixel belongs to replicate i modulo that number, and the replicates are
+  // independent, so that their spread tells the error of the image (film/film.h).
+  std::uint32_t replicate_bits = 1;
+  // The most edges of a path. Edge 1 goes from the camera to what it meets first, edge 2 from there on; null interfaces
+  // (kernels/surface/nested_media.h) do not count. 0: no limit
+  std::uint32_t max_depth = 0;
   Integrator integrator = Integrator::path;
   std::uint32_t roulette_depth = 4;  // the first edge that Russian roulette decides on
   float roulette = 0;                // constant survival probability; 0: by the path's throughput
@@ -129,11 +134,11 @@ struct Execution {
   std::shared_ptr<const void> thread_limit;  // holds the host to `threads`; may be null
   std::uint64_t memory_bytes = 0;            // most memory to take of each device; 0: all it has
   bool timed = true;                         // the times of stages are wanted
-  bool ticks = true;                         // false: profile as on a processor without a cycle counter
+  bool ticks = true;                         // false: times stages as on a processor without a cycle counter
   bool optimise = true;                      // false: -cl-opt-disable
   std::string extra_flags = "";              // see ProgramOptions
-  double watchdog_s =
-      10;  // a device is given up if a unit takes longer than this and than expected (device_sessions.h)
+  // A device is given up if a unit takes longer than this, and longer than expected (device_sessions.h).
+  double watchdog_s = 10;
   std::shared_ptr<Trace> trace;       // of --profile; may be null
   Trace::Track track = Trace::kMain;  // of the thread at work, in the trace
 };

@@ -11,7 +11,8 @@
 #include "lanes/math.h"
 
 // One Gaussian's part of the XYZ of cos(2 pi path / lambda), relative to the integral of the
-// sensitivity [Belcour and Barla 2017, supplement]. path: metres
+// sensitivity [Belcour and Barla 2017, supplement]. path: metres; middle: mean of 1 / lambda, 1 / m; variance: half
+// of that of 1 / lambda, 1 / m^2. film_conductor_reflectance of thin_film_metal.h has the same numbers, and both must stay equal.
 EK_FN vf film_gauss(vf path, float weight, float middle, float variance) {
   // exp(-variance (2 pi path)^2) is written as a power of two; middle * path is in turns.
   const vf phase = 2.0f * EK_PI * path;

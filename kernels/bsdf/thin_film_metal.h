@@ -114,6 +114,7 @@ EK_FN_ONCE v3 film_conductor_reflectance(ThinFilm film, v3 eta, v3 k, vf cosine)
   const vf one = (vf)(1.0f), none = (vf)(0.0f), path = 2.0f * (film.thickness * top.g);
   v3 s_re = V3(one, one, one), s_im = V3(none, none, none), p_re = s_re, p_im = s_im;
   v3 absorbed = add3(s.absorbed, p.absorbed);
+  // These are the Gaussians of film_x, film_y and film_z (thin_film.h), with the same numbers; that of film_x has two parts.
   FilmWave red = film_wave(path, 1.6810e6f, 4.3278e9f), violet = film_wave(path, 2.2399e6f, 4.5282e9f),
            green = film_wave(path, 1.7953e6f, 9.3046e9f), blue = film_wave(path, 2.2084e6f, 6.6121e9f);
   for (uint m = 1; m <= EK_FILM_METAL_ORDERS; ++m) {

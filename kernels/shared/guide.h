@@ -40,7 +40,7 @@ enum {
 #define LOG_BIN_MASK 63u
 #define LOG_HIT 64u        // the path met a surface
 #define LOG_MISS 128u      // it left the scene
-#define LOG_GUIDED 256u    // tables hold for this vertex: the surface is diffuse, at least in part, or glossy
+#define LOG_GUIDED 256u    // the guide's tables apply to this vertex: its surface is diffuse, at least in part, or glossy
 #define LOG_CONTINUES 512u // the path goes on
 
 EK_END

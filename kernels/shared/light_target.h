@@ -27,7 +27,7 @@ enum {
       GUIDE_indirect  // float, of the others: probability of the target, over that of one of its size that nothing was learned of
 };
 EK_END
-#define EK_AIM_LEARNED 1u       // the cells hold; without it nothing but the flags is there
+#define EK_AIM_LEARNED 1u       // a trial has filled the cells; without this flag the buffer has the flags alone
 #define EK_AIM_NAMES_STARTS 2u  // splats name the starts of their light paths (EK_SPLAT_START)
 
 // Name of a start: a target, a way to start, and a bin.

@@ -23,8 +23,9 @@ EK_FN v3 unit_or_zero(v3 a) {
   return select3(some, unit, V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f)));
 }
 
-/// A normal of the mesh, unit or zero, in the world. facing: InstanceRecord's The matrix of
-/// cofactors is the inverse transpose times the determinant, and is defined for flat instances too.
+/// A normal of the mesh, unit or zero, in the world. The matrix of cofactors takes it there: it is the inverse transpose times the
+/// determinant, and is defined for flat instances too.
+/// facing  as in InstanceRecord: -1 where the matrix mirrors, else 1
 EK_FN v3 placed_normal(Placing m, vf facing, v3 n) {
   const v3 turned = V3(dot3(cross3(m.y, m.z), n), dot3(cross3(m.z, m.x), n), dot3(cross3(m.x, m.y), n));
   return unit_or_zero(scale3(turned, facing));

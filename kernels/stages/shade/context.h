@@ -71,7 +71,7 @@ typedef struct {
 #endif
 #endif
 #if EK_HAS_GUIDE
-  vi is_guided;      // mask: tables hold for the surface,
+  vi is_guided;      // mask: the guide's tables apply to the surface,
   vi is_diffuse;     // and what leaves it is their mean light times the albedo
   CellKey cell_key;
   vf expected;       // luminance that the pilot expects of the path; 0: not known yet

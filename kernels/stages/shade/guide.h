@@ -12,7 +12,7 @@
 // More metallic surfaces reflect by direction, so the tables do not say what the rest of a path brings.
 #define EK_DIFFUSE_METALLIC 0.5f
 
-/// Sets the table that holds for each lane's point, and what the pilot expects of the path.
+/// Finds the guide's table that applies to each lane's point, and what the pilot expects of the path, and sets both in `point`.
 EK_FN void guide_point(const ShadeContext* c, const PathHit* hit, ShadingPoint* point) {
   constant Frame* frame = c->stage.frame;
   point->is_diffuse = (point->material.lobes & (1u << LOBE_diffuse)) != 0u;

@@ -8,9 +8,11 @@
 // camera paths have 1 / (1 + R) of it, and light paths R / (1 + R).
 //
 // R is the product of two factors that each side knows: the density of emission at the lamp (mean_emission_density), and
-//   M pi / (film density cosine)                                                                   (light_ratio)
-// at the first surface that the camera sees, where M is the number of light paths of the image at each sample index. At a rough target
-// it is less by the square of the lobe's width, since camera paths sample that lobe and light paths do not. What surfaces
+//   M pi / (film_density_m2 cosine)                                                                (light_ratio)
+// at the first surface that the camera sees. There M is the number of light paths of the image at each sample index, film_density_m2
+// the density of camera rays across the ray (film/camera_connection.h), and cosine that of the ray with the surface. If that surface is
+// a rough target, the factor is multiplied by the solid angle of its lobe over pi (lobe_sr), since camera paths sample that lobe and
+// light paths do not. What surfaces
 // between them do is left out: for diffuse surfaces it cancels, and for others both sides leave it out alike, so the
 // weights add up to one in any case. That takes one word of a path and no evaluation of a BSDF.
 #ifndef EK_LIGHT_RATIO_H
