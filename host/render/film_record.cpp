@@ -25,9 +25,9 @@ constexpr const char* kCausticsName = "caustics (--caustics)";
 
 std::string triple(const glm::dvec4& v) { return fmt::format("{},{},{}", v.x, v.y, v.z); }
 
-/// Describes the environment by its pixels, not by its file or name. The rotation of a uniform sky
-/// does not count.
-std::string describe(const Environment& environment) {
+/// A text that is the same for environments with the same light: it has a hash of the map's pixels instead of the file's name. The
+/// rotation of a uniform sky does not count.
+std::string identity_of(const Environment& environment) {
   if (!environment.map)
     return fmt::format("{},{},{}", environment.radiance.x, environment.radiance.y, environment.radiance.z);
   const EnvironmentMap& map = *environment.map;
@@ -139,7 +139,7 @@ std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& set
            fmt::format("{} {} {}", triple(pose[0]), triple(pose[1]), triple(pose[2]))},
           {"field of view (--fov)", describe_view(camera)},
           {"lens (--f-number, --focus-distance)", describe_lens(camera)},
-          {"environment (--env, --env-scale, --env-rotate)", describe(environment)},
+          {"environment (--env, --env-scale, --env-rotate)", identity_of(environment)},
           {kCullingName, name_of(culling)},
           {kGuidingName, describe_guiding(guiding, pilot_paths)},
           {kLightPathsName, describe_light_paths(light_path_count, light_trial_paths)},
