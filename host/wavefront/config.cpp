@@ -14,15 +14,15 @@ namespace eikon {
 namespace {
 
 constexpr std::uint64_t kPathBytes = 256;  // rough size of state and film slots of a path with all features
-constexpr std::uint32_t kMostPool = 1U << 22;
+constexpr std::uint32_t kMostChunkedCapacity = 1U << 22;  // paths of a unit in chunks, where one launch runs all stages
 // Kernels of several lanes number the paths of a unit exactly below this (kernels/stages/path_state.h).
 constexpr std::uint32_t kMostExactPaths = 1U << 23;
 // A device that launches each stage has a fixed cost for each depth of a unit, whatever the unit's size. An H200 takes 0.09 to 0.16 ms
 // for each of the 25 to 80 depths of a unit that have less than 2^16 paths: with units of 2^23 paths 15 % of the time in cornell.gltf
 // and 36 % in cornell_spheres.gltf (tools/gpu/MODEL.md).
-constexpr std::uint32_t kLeastQueuePool = 1U << 20;
+constexpr std::uint32_t kLeastQueuedCapacity = 1U << 20;
 constexpr std::uint64_t kResident = 2048, kRoundsOfItems = 128;  // work-items that a compute unit holds; rounds of them
-// A unit with fewer samples of each pixel is smaller than the pool: sums take memory, too.
+// A unit with fewer samples of each pixel is smaller than the capacity, because its sums take memory, too.
 constexpr std::uint32_t kSamplesToFill = 32;
 // Measured on cores with 1 MiB of level-2 cache: chunks of 4096 paths (0.5 MiB of state) are 3 to 4
 // % faster than chunks of 1024, because fewer of them end with empty lanes and rows of rays. 8192
@@ -31,12 +31,12 @@ constexpr std::uint32_t kFusedChunk = 4096, kUnfusedChunk = 1024;
 constexpr std::uint32_t kChunksPerWorker = 32;  // so many that the wait for the last one costs next to nothing
 
 /// Most paths of a unit that is not limited by memory.
-std::uint64_t usual_pool(const WavefrontConfig& config, const DeviceInfo& device, std::uint32_t chunk) {
+std::uint64_t usual_capacity(const WavefrontConfig& config, const DeviceInfo& device, std::uint32_t chunk) {
   if (!config.chunked)
-    return std::clamp(std::bit_floor(kRoundsOfItems * kResident * device.compute_units), std::uint64_t{kLeastQueuePool},
-                      std::uint64_t{kMostUnitPaths});
+    return std::clamp(std::bit_floor(kRoundsOfItems * kResident * device.compute_units),
+                      std::uint64_t{kLeastQueuedCapacity}, std::uint64_t{kMostUnitPaths});
   std::uint64_t paths = 1U << 18;
-  while (config.fused && paths < kMostPool && paths / chunk < kChunksPerWorker * config.workers) paths *= 2;
+  while (config.fused && paths < kMostChunkedCapacity && paths / chunk < kChunksPerWorker * config.workers) paths *= 2;
   return paths;
 }
 
@@ -62,7 +62,7 @@ WavefrontConfig configure(const DeviceInfo& device, const Execution& execution) 
   std::uint32_t chunk = execution.chunk != 0 ? execution.chunk : config.fused ? kFusedChunk : kUnfusedChunk;
   if (execution.chunk == 0 && execution.unit_paths != 0) chunk = std::min(chunk, execution.unit_paths);
   chunk = std::max(chunk / 16, 1U) * 16;
-  std::uint64_t paths = execution.unit_paths != 0 ? execution.unit_paths : usual_pool(config, device, chunk);
+  std::uint64_t paths = execution.unit_paths != 0 ? execution.unit_paths : usual_capacity(config, device, chunk);
   const std::uint64_t memory = available_bytes(device, execution);
   while (execution.unit_paths == 0 && paths > kLeastUnitPaths && paths * kPathBytes > memory / 4) paths /= 2;
   if (config.chunked) paths = std::min<std::uint64_t>(paths, kMostExactPaths);

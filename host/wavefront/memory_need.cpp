@@ -18,7 +18,7 @@ std::string megabytes(std::uint64_t bytes) { return fmt::format("{:.1f} MB", dou
 
 }  // namespace
 
-PoolBytes path_pool_bytes(const WavefrontConfig& config, const Features& features, const Settings& settings) {
+UnitBufferBytes unit_buffer_bytes(const WavefrontConfig& config, const Features& features, const Settings& settings) {
   const WorkBytes work = work_bytes(config, work_buffer_sizes(config, features, settings));
   if (!needs_stage(config, features, config.fused ? "light_paths" : "splat")) return {work.total(), work.largest()};
   const std::uint64_t splats = LightStages::bytes(config);
@@ -30,7 +30,7 @@ MemoryNeed memory_need(const PackedScene& packed, const WavefrontConfig& config,
   MemoryNeed need;
   need.textures = 4 * packed.texel_count();
   need.geometry = packed.bytes(config.layout) - need.textures;
-  need.paths = path_pool_bytes(config, features, settings).total;
+  need.paths = unit_buffer_bytes(config, features, settings).total;
   if (features.has(Feature::merging)) need.photons = photon_map_bytes(settings);
   need.two_level_saving = packed.two_level_saving;
   const auto buffer = [&](const char* name, std::uint64_t bytes) {
@@ -58,10 +58,10 @@ Execution fit_units(const DeviceInfo& device, const Features& features, const Se
   WavefrontConfig config = configure(device, fitted);
   const bool may_be_less = room.most_paths != 0 || (asked == 0 && !config.chunked);
   const auto fits = [&] {
-    const PoolBytes pool = path_pool_bytes(config, features, settings);
-    const bool numbered = pool.largest / 4 <= std::numeric_limits<std::uint32_t>::max();  // the words of a buffer
-    const bool stored = room.beside_bytes + pool.total <= available_bytes(device, execution) &&
-                        pool.largest <= device.max_allocation_bytes;
+    const UnitBufferBytes buffers = unit_buffer_bytes(config, features, settings);
+    const bool numbered = buffers.largest / 4 <= std::numeric_limits<std::uint32_t>::max();  // the words of a buffer
+    const bool stored = room.beside_bytes + buffers.total <= available_bytes(device, execution) &&
+                        buffers.largest <= device.max_allocation_bytes;
     return numbered && (stored || !may_be_less);
   };
   while (config.capacity() > kLeastUnitPaths && !fits()) {

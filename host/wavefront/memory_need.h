@@ -11,18 +11,19 @@
 
 namespace eikon {
 
-/// The buffers of a device that grow with its units.
-struct PoolBytes {
+/// The bytes of a device's buffers that grow with the paths of a unit (WavefrontConfig::capacity()).
+struct UnitBufferBytes {
   std::uint64_t total = 0, largest = 0;  // largest: of one buffer
 };
-[[nodiscard]] PoolBytes path_pool_bytes(const WavefrontConfig& config, const Features& features,
-                                        const Settings& settings);
+[[nodiscard]] UnitBufferBytes unit_buffer_bytes(const WavefrontConfig& config, const Features& features,
+                                                const Settings& settings);
 
+/// The bytes that a render takes of a device, by what they are for.
 struct MemoryNeed {
   std::uint64_t textures = 0, geometry = 0, paths = 0;  // bytes; geometry: triangles, tree, materials and lights
   std::uint64_t two_level_saving = 0;                   // rough bytes that --instances two-level would save
-  std::string largest;                                  // the largest single buffer
-  std::uint64_t largest_bytes = 0;
+  std::string largest;                                  // what the largest single buffer holds, for messages
+  std::uint64_t largest_bytes = 0;                      // of it
   std::uint64_t photons = 0;  // bytes of the maps of --caustics merge
   [[nodiscard]] std::uint64_t total() const { return textures + geometry + paths + photons; }
 };

@@ -44,7 +44,7 @@ struct Bounce {
   std::uint64_t paths = 0;        // that reached it: camera and scattered rays
   std::uint64_t shadow_rays = 0;  // cast there
   std::uint64_t lanes = 0;        // that ran, with or without a path: whole vectors of a chunk, or whole work-groups
-  std::uint64_t slots = 0;        // of the chunks that still had paths, or of the whole pool
+  std::uint64_t slots = 0;        // of the chunks that still had paths, or of the whole unit where there are no chunks
   Bounce& operator+=(const Bounce& more) {
     paths += more.paths, shadow_rays += more.shadow_rays, lanes += more.lanes, slots += more.slots;
     return *this;

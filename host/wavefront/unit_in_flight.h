@@ -19,7 +19,7 @@ struct UnitInFlight {
   // Memory that the device reads.
   Frame frame;
   TransferWords pixels;               // unit_pixels() of its block
-  Diagnostics no_diagnostics{};       // zeros, to begin with
+  Diagnostics no_diagnostics{};       // zeros, with which the device's counters begin
   // Memory that the device writes; UnitSums describes the arrays.
   std::vector<std::uint32_t> sums, rejected, met;
   TransferWords packed;  // instead of `sums`, unless some do not fit

@@ -55,7 +55,7 @@ UnitResult Wavefront::finish() { return impl_->finish(); }
 ReplayedSample Wavefront::replay(std::uint32_t x, std::uint32_t y, std::uint64_t sample,
                                  const std::function<void(const PathVertex&)>& report) {
   Impl& w = *impl_;
-  if (w.config.fused) throw InternalError("a path can be watched only where each stage has a launch of its own");
+  if (w.config.fused) throw InternalError("a path can be replayed only where each stage has a launch of its own");
   const auto number = [&](auto... of) { return std::bit_cast<float>(w.path_word(of...)); };
   const auto vector = [&](const char* field) { return glm::vec3(number(field), number(field, 1U), number(field, 2U)); };
   w.depths.after_intersect = [&](std::uint32_t depth) {

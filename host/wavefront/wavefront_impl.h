@@ -26,7 +26,9 @@
 
 namespace eikon {
 
-inline constexpr std::uint32_t kNoPaths = 0, kNoneWide = 0;
+// The values with which counters on the device begin: of paths that work-items have taken from the unit (next_path of kernel
+// `paths`), and of sums that did not fit the packed form (word 0 of film_packed, shared/packed_sums.h).
+inline constexpr std::uint32_t kNoPathTaken = 0, kNoSumUnpacked = 0;
 
 struct Wavefront::Impl {
   Device& device;
@@ -47,12 +49,13 @@ struct Wavefront::Impl {
   Kernel paths;  // runs all stages; if WavefrontConfig::fused
   WorkBuffers work;
   ArithmeticClass arithmetic;
-  ProgramOptions compiled;  // of the program
+  ProgramOptions compiled;  // options with which the program was compiled
   std::vector<std::string> sampled_stages;
   std::string formula_code;
-  std::shared_ptr<const GuideTable> guide;      // device buffers may be its memory
+  // Kept alive here, because the buffers of a CPU device may be the memory of the table (Device::share).
+  std::shared_ptr<const GuideTable> guide;
   LightAimBuffers light_aim;
-  std::shared_ptr<const void> logged, radiance;    // of PathLog
+  std::shared_ptr<const void> logged, radiance;    // memory that the last PathLog refers to
   std::uint64_t scene_bytes = 0, texel_bytes = 0;  // scene_bytes: without the texels
   double upload_s = 0;
 
@@ -249,7 +252,7 @@ struct Wavefront::Impl {
     if (config.chunked) {
       device.run(current.film, divide_up(pixel_count, EK_FILM_PIXELS), 1, current.frame.path_count);
     } else {
-      device.write_later(work.packed[current.index], &kNoneWide, sizeof kNoneWide);
+      device.write_later(work.packed[current.index], &kNoSumUnpacked, sizeof kNoSumUnpacked);
       device.run(current.film, divide_up(pixel_count, kWorkGroup), kWorkGroup, current.frame.path_count);
       device.run(current.pack_sums, divide_up(pixel_count, kWorkGroup), kWorkGroup);
     }
@@ -290,7 +293,7 @@ struct Wavefront::Impl {
 
   /// Renders a unit in one launch.
   void launch_fused(UnitInFlight& current) {
-    device.write_later(work.next_path, &kNoPaths, sizeof kNoPaths);
+    device.write_later(work.next_path, &kNoPathTaken, sizeof kNoPathTaken);
     device.run(paths, config.workers, 1, current.frame.path_count);
     current.tallied =
         device.read_later(work.tallies, current.tallies.data(), current.tallies.size() * sizeof(WorkerTally));
@@ -314,7 +317,7 @@ struct Wavefront::Impl {
     current.rays = {};
     if (unit.path_count() > config.capacity() || current.pixels.size_bytes() > work.pixels.size_bytes())
       throw InternalError(
-          fmt::format("a unit of {} paths exceeds the pool of {}", unit.path_count(), config.capacity()));
+          fmt::format("a unit of {} paths exceeds the capacity of {}", unit.path_count(), config.capacity()));
     current.photon_rays = {};
     if (photons.exists() && photons.prepare(lights, current.index, unit, frame, arguments, current.photon_rays)) bind();
     current.frame = unit_frame(frame, unit.sample_begin, unit.sample_end, std::uint32_t(pixels.size()));

@@ -283,7 +283,7 @@ void print_device_memory(const Contents& contents, Execution execution) {
     const WavefrontConfig config =
         configure(info, fit_units(info, features, settings, execution, {.beside_bytes = scene}));
     fmt::print("  device {}: {} bytes for {} paths in flight, beside the scene as {} ({}{})\n", info.index,
-               path_pool_bytes(config, features, settings).total, config.capacity(), plan.layout, plan.why,
+               unit_buffer_bytes(config, features, settings).total, config.capacity(), plan.layout, plan.why,
                plan.measure.empty() ? "" : fmt::format("; a render measures {} first", fmt::join(plan.measure, ", ")));
   }
 }

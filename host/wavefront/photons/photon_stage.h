@@ -36,7 +36,7 @@ class PhotonStage {
   float first_radius2_ = 0;
   std::optional<std::uint64_t> generation_;  // whose maps are there
   LightUnit found_;                          // photons under way; after an error transfers may still use it
-  PhotonMap map_;                            // device buffers may be its memory
+  PhotonMap map_;                            // the buffers of a CPU device may be its memory (Device::share)
 
   void share(Arguments& arguments);
 };

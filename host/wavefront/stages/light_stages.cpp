@@ -14,7 +14,7 @@ namespace eikon {
 namespace {
 
 constexpr std::uint64_t kMostPaths = 1U << 16;  // of a part,
-constexpr std::uint64_t kPoolShare = 8;         // or this part of those that a device with queues traces at once
+constexpr std::uint64_t kCapacityShare = 8;     // or this part of those that a device with queues traces at once
 constexpr std::uint32_t kSplatsPerPath = 4;     // that there is room for; rooms with glass have .4 to 1.9
 constexpr std::uint32_t kLikelySplatsPerPath = 2;
 constexpr std::uint64_t kMostNumbers = 1U << 13;  // of a part, on devices with chunks
@@ -25,7 +25,7 @@ constexpr std::array<std::uint32_t, SPLATS_COUNTS> kNoSplats{};
 
 std::uint64_t most_paths(const WavefrontConfig& config) {
   const std::uint64_t capacity = config.capacity();
-  return std::min(capacity, config.chunked ? kMostPaths : std::max(kMostPaths, capacity / kPoolShare));
+  return std::min(capacity, config.chunked ? kMostPaths : std::max(kMostPaths, capacity / kCapacityShare));
 }
 std::uint32_t splat_capacity(const WavefrontConfig& config) {
   return kSplatsPerPath * std::uint32_t(most_paths(config)) + EK_PAD;

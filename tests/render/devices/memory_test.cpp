@@ -22,7 +22,7 @@ TEST(UnitMemory, is_what_was_counted_beforehand) {
     Arguments arguments;
     const WorkBuffers work(device, config, work_buffer_sizes(config, features, settings), arguments);
     device.finish();  // it is still clearing them
-    EXPECT_EQ(work.bytes, path_pool_bytes(config, features, settings).total) << cpu << chunked;
+    EXPECT_EQ(work.bytes, unit_buffer_bytes(config, features, settings).total) << cpu << chunked;
   }
 }
 

@@ -94,7 +94,7 @@ TEST(WavefrontConfig, what_is_asked_for_is_given_and_little_memory_makes_the_poo
   config = configure(processor(8), execution);
   EXPECT_LE(config.capacity(), 1U << 15);
   execution.unit_paths = 64;
-  EXPECT_EQ(configure(processor(8), execution).capacity(), 64U) << "a chunk is not larger than the pool";
+  EXPECT_EQ(configure(processor(8), execution).capacity(), 64U) << "a chunk is not larger than the unit";
   execution = {};
   EXPECT_EQ(configure(processor(8), execution).pixels, kBlockPixels);
   execution.block = 300;

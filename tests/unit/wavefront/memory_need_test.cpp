@@ -184,13 +184,13 @@ DeviceInfo gpu_of(std::uint64_t memory, std::uint64_t one_buffer) {
 
 TEST(Memory, all_buffers_of_units_count) {
   const OneTriangle of;
-  const auto pool_of = [&](std::uint32_t paths) {
+  const auto buffers_of = [&](std::uint32_t paths) {
     Execution execution;
     execution.unit_paths = paths;
     const WavefrontConfig config = configure(gpu_of(80000 * kMega, 20000 * kMega), execution);
-    return path_pool_bytes(config, of.features, of.settings);
+    return unit_buffer_bytes(config, of.features, of.settings);
   };
-  const PoolBytes small = pool_of(1U << 16), large = pool_of(1U << 17);
+  const UnitBufferBytes small = buffers_of(1U << 16), large = buffers_of(1U << 17);
   const std::uint64_t words = path_state_layout(of.features, false).words,
                       channels = of.features.film_channels().size();
   const std::uint64_t queues = 8 + 4;  // of rays and shadow rays
@@ -218,11 +218,11 @@ TEST(Memory, the_units_of_a_gpu_are_as_large_as_fits) {
     return config.capacity();
   };
   EXPECT_EQ(capacity(80000, 20000), 1U << 25);
-  EXPECT_EQ(capacity(4096, 1024), 1U << 22) << "the pool takes a quarter of the memory";
+  EXPECT_EQ(capacity(4096, 1024), 1U << 22) << "units take a quarter of the memory";
   EXPECT_LE(capacity(80000, 40), 1U << 19) << "the state of all paths is one buffer";
   const std::uint32_t little = capacity(2, 2);
   EXPECT_GE(little, 1U << 10);
-  EXPECT_LT(little, 1U << 14) << "also below the least pool of other devices";
+  EXPECT_LT(little, 1U << 14) << "also below the least capacity of other devices";
 }
 
 TEST(Memory, units_that_are_asked_for_are_given_as_far_as_kernels_can_number_their_words) {
