@@ -15,6 +15,7 @@
 
 namespace eikon {
 
+/// A timeline: spans on tracks, and counters. Any number of threads may record in it.
 class Trace {
  public:
   using Track = std::size_t;

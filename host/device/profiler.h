@@ -12,9 +12,10 @@
 
 namespace eikon {
 
+/// The launches of one kernel, or the transfers of one kind, and the time that they took.
 struct StageTotals {
   std::uint64_t launches = 0;
-  std::uint64_t items = 0;
+  std::uint64_t items = 0;   // that they worked on, such as paths; see Device::run()
   std::uint64_t bytes = 0;   // of transfers
   std::uint64_t pieces = 0;  // parts of other stages' launches in which it ran
   double seconds = 0;
@@ -28,6 +29,7 @@ struct StageTotals {
   [[nodiscard]] double seconds_mean() const;
 };
 
+/// The times of one device. One thread at a time may use it.
 class Profiler {
  public:
   /// Counts a finished launch or transfer whose times are not known.
@@ -53,6 +55,7 @@ class Profiler {
     trace_ = trace, track_ = track, beside_track_ = beside;
   }
 
+  /// Totals since restart(), by the names of kernels and transfers.
   [[nodiscard]] const std::map<std::string, StageTotals>& totals() const { return totals_; }
   /// Totals of everything before restart().
   [[nodiscard]] const std::map<std::string, StageTotals>& setup() const { return setup_; }

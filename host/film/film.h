@@ -34,6 +34,7 @@ struct Crop {
   return std::tuple(window.y0, window.x0, window.y1, window.x1);
 }
 
+/// The numbers that decide which sums a film has. Films of one layout can be added.
 struct FilmLayout {
   std::uint32_t width = 0, height = 0;  // of the full image
   Crop crop;

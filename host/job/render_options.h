@@ -15,6 +15,7 @@
 
 namespace eikon {
 
+/// The PNG of --png, and how linear colours become its 8 bits.
 struct PngOptions {
   std::string file;  // empty: none is wanted
   double exposure_ev = 0;
@@ -31,6 +32,7 @@ struct PixelIndex {
   std::uint32_t x = 0, y = 0;
 };
 
+/// What the words of `eikon render` ask for.
 struct RenderOptions {
   SceneOptions scene;
   Execution execution;

@@ -29,6 +29,7 @@ struct PackedLight {
   double probability = 0;  // of being sampled
 };
 
+/// The arrays that are uploaded to devices, and what the host needs beside them to trace, guide and report.
 struct PackedScene {
   // Triangles of the world, then triangles of the stored meshes in object space, then a record for
   // each shape.

@@ -29,12 +29,14 @@ struct RenderTotals {
   std::vector<PixelSample> rejected;           // the first few samples that were left out of the film
 };
 
+/// What one device did in a render.
 struct DeviceReport {
   DeviceInfo info;
   WavefrontConfig config;
   LayoutChoice layout;  // with the reason
   ArithmeticClass arithmetic;
-  std::uint64_t samples = 0, units = 0, device_bytes = 0;
+  std::uint64_t samples = 0, units = 0;  // of those that are in the film
+  std::uint64_t device_bytes = 0;        // memory of its buffers
   RayCounts rays;
   // Rays of speculative copies (schedule.h) that another device was faster with. `rays` and `samples` leave them out;
   // stages, bounces and times include them.

@@ -14,9 +14,11 @@
 
 namespace eikon {
 
+/// What has become of a job; `skipped`: an earlier run of the batch did it.
 enum class JobState { waiting, skipped, done, failed, interrupted };
 [[nodiscard]] const char* name_of(JobState state);
 
+/// A render of a batch: a line of the jobs file, or a frame of one.
 struct BatchJob {
   std::size_t line = 0;                    // in the jobs file, from 1; 0: there is none
   std::optional<std::uint64_t> frame{};    // of --frames
@@ -25,7 +27,7 @@ struct BatchJob {
   std::optional<RenderOptions> options{};  // nullopt: the line does not parse
   double cost = 0;                         // pixels times samples, roughly
   std::vector<std::size_t> writers{};      // indices of the jobs before it that write what it reads
-  int attempts = 0;
+  int attempts = 0;                        // renders that were begun
 
   JobState state = JobState::waiting;
   ExitCode code = ExitCode::done;

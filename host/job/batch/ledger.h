@@ -23,12 +23,14 @@
 
 namespace eikon {
 
+/// A file that a job wrote.
 struct LedgerOutput {
   std::string path{};  // as ledger_name() gives it
   std::uint64_t bytes = 0;
   std::string hash{};
 };
 
+/// A line of the ledger; the members have the names of its fields.
 struct LedgerEntry {
   std::string state{}, time{}, job{}, key{}, message{};
   std::size_t line = 0;
@@ -47,6 +49,7 @@ struct LedgerEntry {
 /// Describes the file as it is now, but for its path. throws InputError if it is absent or cannot be read
 [[nodiscard]] LedgerOutput describe_output(const std::filesystem::path& path);
 
+/// The ledger of one batch, which no other process can use meanwhile.
 class Ledger {
  public:
   /// Reads and locks the file. With an empty path, the ledger lasts only as long as the process.

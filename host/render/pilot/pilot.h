@@ -35,15 +35,17 @@ struct PilotReport {
   [[nodiscard]] bool exists() const { return paths > 0 || light_trial_paths > 0; }
 };
 
+/// What a pilot has learned and decided; apply() brings it into a render.
 struct Pilot {
   std::shared_ptr<const GuideTable> table;    // null: paths are not guided
   std::shared_ptr<const LightAim> light_aim;  // null: light paths start evenly
   PilotReport report;
 };
 
+/// The most paths from which a table is learned.
 inline constexpr std::uint64_t kMostPilotPaths = 1U << 19;
 /// The most paths of a unit of a pilot. It bounds the memory of their logs.
-inline constexpr std::uint32_t kMostPilotPool = 1U << 17;
+inline constexpr std::uint32_t kMostPilotUnitPaths = 1U << 17;
 
 /// The number of paths of the pilot of an image, for Settings::pilot_paths; 0: it has none, because it would not pay. It
 /// follows from the size of the picture and not from the number of samples: a sample must not depend on how many

@@ -15,11 +15,12 @@ constexpr std::uint32_t kSeed = 0x70696c6fU;
 
 /// Returns the execution whose units have room for `largest` paths, or for fewer where the device lacks the memory.
 /// throws DeviceError if it lacks the memory for the smallest units, too
-Execution with_pool(const PilotMeans& means, const Settings& settings, std::uint64_t largest) {
-  const DeviceInfo& info = means.device->info();
-  const auto pool = std::uint32_t(std::min<std::uint64_t>(std::bit_ceil(largest), kMostPilotPool));
-  Execution execution = fit_units(*means.scene, info, means.features, settings, means.execution, {.most_paths = pool});
-  require_memory(memory_need(*means.scene, configure(info, execution), means.features, settings), info, execution);
+Execution with_unit_paths(const PilotContext& context, const Settings& settings, std::uint64_t largest) {
+  const DeviceInfo& info = context.device->info();
+  const auto most_paths = std::uint32_t(std::min<std::uint64_t>(std::bit_ceil(largest), kMostPilotUnitPaths));
+  Execution execution =
+      fit_units(*context.scene, info, context.features, settings, context.execution, {.most_paths = most_paths});
+  require_memory(memory_need(*context.scene, configure(info, execution), context.features, settings), info, execution);
   return execution;
 }
 
@@ -42,9 +43,10 @@ Settings pilot_picture_settings(const Settings& settings, double pixels) {
   return picture;
 }
 
-PilotPicture::PilotPicture(const PilotMeans& means, const Settings& settings, std::uint64_t largest)
-    : settings_(settings), execution_(with_pool(means, settings, largest)), steps_(means.steps) {
-  wavefront_ = &ReadyWavefronts::of(means.device).get(means.device, means.scene, means.features, settings_, execution_);
+PilotPicture::PilotPicture(const PilotContext& context, const Settings& settings, std::uint64_t largest)
+    : settings_(settings), execution_(with_unit_paths(context, settings, largest)), steps_(context.steps) {
+  wavefront_ =
+      &ReadyWavefronts::of(context.device).get(context.device, context.scene, context.features, settings_, execution_);
 }
 
 void PilotPicture::restart(const Settings& settings) {

@@ -28,7 +28,7 @@ struct PilotUnit {
 };
 
 /// The device, the scene and the settings with which a pilot's picture is rendered. All must outlive it.
-struct PilotMeans {
+struct PilotContext {
   DevicePool::Lease& device;
   const ReadyWavefronts::SharedScene& scene;
   const Features& features;
@@ -43,7 +43,7 @@ class PilotPicture {
   /// settings  of the picture; largest: paths that render() may be asked for at once. The size of units, which follows
   /// from it and from the memory that there is, changes nothing of what they bring.
   /// throws DeviceError, also when the device has not even the memory for small units
-  PilotPicture(const PilotMeans& means, const Settings& settings, std::uint64_t largest);
+  PilotPicture(const PilotContext& context, const Settings& settings, std::uint64_t largest);
 
   /// Goes on with another picture, of the same channels and replicates.
   void restart(const Settings& settings);

@@ -43,8 +43,8 @@ class PilotWork : public PilotSteps {
         since_s_(host_seconds()),
         polled_s_(since_s_) {
     if (shrink == 0) return;
-    const std::uint32_t pool = shrunk_unit(kMostPilotPool, shrink);
-    execution_.unit_paths = execution_.unit_paths == 0 ? pool : std::min(execution_.unit_paths, pool);
+    const std::uint32_t most_paths = shrunk_unit(kMostPilotUnitPaths, shrink);
+    execution_.unit_paths = execution_.unit_paths == 0 ? most_paths : std::min(execution_.unit_paths, most_paths);
   }
 
   // ---- for the thread that renders

@@ -97,7 +97,7 @@ TEST(Instances, G19_exact_places_are_hit_where_the_baked_mesh_is_to_the_bit) {
         ASSERT_EQ(expected.mean(x, y, channel), found.mean(x, y, channel)) << "pixel " << x << "," << y;
 }
 
-TEST(Instances, one_place_is_stored_as_it_is_and_lights_and_glass_for_each_place) {
+TEST(Instances, a_single_instance_is_stored_as_it_is_and_lights_and_glass_for_each_instance) {
   auto [scene, settings] = crowded_room();
   for (const char* name : {"lamp", "ball"}) {
     for (std::uint32_t m = 0; m < scene.meshes.size(); ++m) {
