@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The order matters: nothing is used before it is checked.
+// Loads a scene from a glTF file, in steps whose order matters: nothing is used before it is checked.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -40,7 +40,7 @@ namespace {
 
 constexpr std::uint64_t kMaxFileBytes = std::uint64_t{1} << 34U;
 constexpr std::size_t kNone = ~std::size_t{0};
-constexpr std::size_t kMaxPlacedMeshes = std::size_t{1} << 24U;
+constexpr std::size_t kMaxInstances = std::size_t{1} << 24U;
 const std::vector<glm::dmat4> kOnce{glm::dmat4(1.0)};
 
 /// The largest absolute coordinates of a mesh, per axis.
@@ -176,16 +176,16 @@ void read_shapes(const SceneSource& source, const std::vector<PlacedNode>& place
   }
 }
 
-/// The places of a node's mesh. With a skin it has one, whatever the node says.
-std::vector<glm::dmat4> places_of(const SceneSource& source, const PlacedNode& placed, SkinReader& skins) {
+/// The transforms, world from object, of the instances of a node's mesh. With a skin it has one, whatever the node says.
+std::vector<glm::dmat4> instances_of(const SceneSource& source, const PlacedNode& placed, SkinReader& skins) {
   if (const auto skin = skin_of(source.document, placed.node)) {
     if (has_instances(placed.node.view))
       source.notes.warn(placed.node.view.label() + ": its instances are left out, as its mesh has a skin");
     return {skins[*skin].world_from_object()};
   }
-  std::vector<glm::dmat4> places = read_instances(placed.node.view, source.accessors).value_or(kOnce);
-  for (glm::dmat4& place : places) place = placed.world_from_object * place;
-  return places;
+  std::vector<glm::dmat4> instances = read_instances(placed.node.view, source.accessors).value_or(kOnce);
+  for (glm::dmat4& instance : instances) instance = placed.world_from_object * instance;
+  return instances;
 }
 
 /// Adds the camera, the light and the mesh that a node has. `mesh`: its index in Scene::meshes, or
@@ -205,11 +205,11 @@ void place_node(const SceneSource& source, const PlacedNode& placed, std::size_t
     if (has_instances(node.view)) source.notes.warn(node.view.label() + ": its instances are of no mesh; left out");
     return;
   }
-  const std::vector<glm::dmat4> places = places_of(source, placed, skins);
-  if (places.size() > scene.nodes.size()) scene.nodes.reserve(scene.nodes.size() + places.size());
-  for (const glm::dmat4& world_from_object : places) {
-    if (scene.nodes.size() == kMaxPlacedMeshes)
-      node.view.refuse(fmt::format("more than {} meshes are placed; use fewer instances", kMaxPlacedMeshes));
+  const std::vector<glm::dmat4> instances = instances_of(source, placed, skins);
+  if (instances.size() > scene.nodes.size()) scene.nodes.reserve(scene.nodes.size() + instances.size());
+  for (const glm::dmat4& world_from_object : instances) {
+    if (scene.nodes.size() == kMaxInstances)
+      node.view.refuse(fmt::format("more than {} meshes are placed; use fewer instances", kMaxInstances));
     check_instance(world_from_object, scene.meshes[mesh], extent, node.view.label());
     scene.nodes.push_back({.name = node.name,
                            .world_from_object = world_from_object,

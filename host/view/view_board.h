@@ -38,6 +38,7 @@ struct EngineOrders {
   std::atomic<bool> over{false};  // ends the engine
 };
 
+/// Stands between the pages of a view and the engine that renders for them. Any thread may call it.
 class ViewBoard {
  public:
   struct PathRequest {
@@ -59,8 +60,11 @@ class ViewBoard {
 
   /// Asks for another picture. returns  the number of the look, which grows with each
   std::uint64_t look(const ViewLook& look);
+  /// While it is paused, engines do not go on with the picture; they answer all else.
   void pause(bool is_paused);
+  /// Waits until there is something that a page with this version does not know, but at most for so many seconds.
   [[nodiscard]] ViewNews news(std::uint64_t version, double most_s);
+  /// The words behind `eikon render` that make the picture which is shown; empty while none is known.
   [[nodiscard]] std::vector<std::string> words();
   /// Waits until the engine has answered, but at most for so long. throws InputError
   [[nodiscard]] Json path(const PixelSample& at, double most_s);
@@ -82,7 +86,9 @@ class ViewBoard {
   /// outline  scene_outline()
   void describe(const EngineOrders& orders, const std::vector<std::string>& words,
                 const std::vector<std::string>& notes, const Json& outline);
+  /// Shows a picture. about, pixels: as ViewFrame has them
   void publish(const EngineOrders& orders, const Json& about, std::vector<unsigned char> pixels);
+  /// Answers the request for a path. answer: JSON; error: empty, or what is wrong
   void answer(PathRequest& request, std::string answer, std::string error);
   /// Says why there are no pictures without noise; empty: there are.
   void set_denoiser(const std::string& problem);
