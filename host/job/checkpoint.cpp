@@ -58,7 +58,7 @@ void CheckpointFile::begin(const Prepared& prepared) {
 
 void CheckpointFile::read(const Prepared& prepared, const std::string& file) {
   take_over(prepared, file, "resume from");
-  saved_samples_ = begin_with_->done.sample_count();
+  saved_samples_ = begin_with_->sample_set.sample_count();
   there_is_one_ = file == options_.file;
   count_extra_samples(prepared.settings);
 }
@@ -85,11 +85,12 @@ void CheckpointFile::take_over(const Prepared& prepared, const std::string& file
     refuse("its sums do not have the form that its settings say: the file is damaged");
 
   if (!begin_with_) begin_with_.emplace(FilmState{Film(layout), {}, {}, {}});
-  if (begin_with_->done.overlap(record.done)) refuse("it holds samples that another file has added: leave one out");
+  if (begin_with_->sample_set.overlap(record.sample_set))
+    refuse("it holds samples that another file has added: leave one out");
   std::set<std::uint64_t>& light_paths = begin_with_->light_path_counts;
   if (!light_paths.empty() && !record.light_path_counts.empty() && light_paths != record.light_path_counts)
     refuse("it has another number of light paths than the other files: pilots of different devices decided otherwise");
-  begin_with_->done.add(record.done);
+  begin_with_->sample_set.add(record.sample_set);
   begin_with_->arithmetic.insert(record.arithmetic.begin(), record.arithmetic.end());
   light_paths.insert(record.light_path_counts.begin(), record.light_path_counts.end());
   reader.add_to(begin_with_->film);
@@ -99,9 +100,9 @@ void CheckpointFile::count_extra_samples(const Settings& settings) {
   const FilmState& state = *begin_with_;
   const Crop& crop = state.film.layout().crop;
   std::uint64_t missing = 0;
-  for (const WorkUnit& part : state.done.missing(crop, settings.sample_begin, settings.sample_end))
+  for (const WorkUnit& part : state.sample_set.missing(crop, settings.sample_begin, settings.sample_end))
     missing += part.path_count();
-  extra_samples_ = state.done.sample_count() - (asked_samples_ - missing);
+  extra_samples_ = state.sample_set.sample_count() - (asked_samples_ - missing);
   if (extra_samples_ > 0 && !options_.implied)
     log_(fmt::format("{} holds {} samples beyond what --spp or --samples ask for; they stay in the picture",
                      options_.parts.empty() ? options_.file : options_.parts.front(), extra_samples_));
@@ -139,7 +140,7 @@ void CheckpointFile::attach(RenderHooks& hooks) {
 
 FilmRecord CheckpointFile::record(const FilmState& state) const {
   return {settings_,  state.arithmetic, state.light_path_counts, {layers_.begin(), layers_.end()},
-          manifests_, state.done};
+          manifests_, state.sample_set};
 }
 
 std::string CheckpointFile::saved() const {
@@ -149,7 +150,7 @@ std::string CheckpointFile::saved() const {
 void CheckpointFile::write(const FilmState& state) {
   const ExrOptions exr{.exact_sums = true, .record = to_text(record(state)), .quick = true};
   Metadata metadata = metadata_;
-  add_sample_counts(metadata, state.film, state.done, state.arithmetic);
+  add_sample_counts(metadata, state.film, state.sample_set, state.arithmetic);
   try {
     write_exr(options_.file, state.film, metadata, exr);
   } catch (const InputError& error) {
@@ -158,7 +159,7 @@ void CheckpointFile::write(const FilmState& state) {
     last_failure_ = error.what();
     return;
   }
-  saved_samples_ = state.done.sample_count();
+  saved_samples_ = state.sample_set.sample_count();
   there_is_one_ = true;
   if (!std::exchange(last_failure_, {}).empty()) log_(fmt::format("the checkpoint can be written again: {}", saved()));
 }

@@ -95,15 +95,16 @@ Goal RenderJob::make_goal() {
 void RenderJob::end_samples() {
   Settings& settings = prepared_.settings;
   std::uint64_t end = settings.sample_begin;
-  for (const WorkUnit& part : done_->done.parts()) end = std::max(end, part.sample_end);
+  for (const WorkUnit& part : done_->sample_set.parts()) end = std::max(end, part.sample_end);
   settings.sample_end = std::min(settings.sample_end, end);
 }
 
 std::string RenderJob::how_it_ended() const {
   const Settings& settings = prepared_.settings;
   const std::uint64_t most = settings.sample_end - settings.sample_begin,
-                      least = done_->done.complete_until(settings.crop, settings.sample_begin, settings.sample_end) -
-                              settings.sample_begin;
+                      least =
+                          done_->sample_set.complete_until(settings.crop, settings.sample_begin, settings.sample_end) -
+                          settings.sample_begin;
   const std::string samples = least == most ? fmt::format("{}", most) : fmt::format("{} to {}", least, most);
   switch (report().end) {
     case End::enough:
@@ -148,7 +149,7 @@ void RenderJob::render(const std::atomic<bool>& stop, RenderHooks hooks) {
   try {
     done_ = render_scene(stop, std::move(hooks));
   } catch (const NoDeviceLeft& error) {
-    done_ = std::move(*error.done);
+    done_ = std::move(*error.output);
     failure_ = error.what();
   }
   end_render();
@@ -271,7 +272,7 @@ void RenderJob::write_film(const std::filesystem::path& file, const Film& film, 
   }
 }
 
-std::uint64_t RenderJob::rejected_samples() const { return rejected_in(done_->film, done_->done); }
+std::uint64_t RenderJob::rejected_samples() const { return rejected_in(done_->film, done_->sample_set); }
 
 void RenderJob::write(bool elsewhere) {
   if (failure_.empty()) return write_files(elsewhere);
@@ -316,7 +317,7 @@ void RenderJob::write_files(bool elsewhere) {
          "--camera or --look-at, or light with --env neutral, FILE or R,G,B");
   if (report().interrupted() && failure_.empty()) {
     const Settings& settings = prepared_.settings;
-    log_(fmt::format("interrupted: {} of {} samples are in {}", done_->done.sample_count(),
+    log_(fmt::format("interrupted: {} of {} samples are in {}", done_->sample_set.sample_count(),
                      settings.crop.pixel_count() * (settings.sample_end - settings.sample_begin), output_.string()));
   }
 }

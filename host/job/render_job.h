@@ -53,7 +53,7 @@ class RenderJob {
   [[nodiscard]] const Settings& settings() const { return prepared_.settings; }
   /// After render():
   [[nodiscard]] const RenderReport& report() const { return done_->report; }
-  [[nodiscard]] bool has_samples() const { return !done_->done.empty(); }
+  [[nodiscard]] bool has_samples() const { return !done_->sample_set.empty(); }
   /// After write():
   [[nodiscard]] const PredictedError& error() const { return error_; }
   /// done, not_as_asked, or interrupted.

@@ -167,7 +167,7 @@ std::string to_text(const FilmRecord& record) {
   for (const std::uint64_t count : record.light_path_counts) text += fmt::format("light-paths {}\n", count);
   for (const std::string& layer : record.layers) text += fmt::format("layer {}\n", layer);
   for (const auto& [layer, manifest] : record.manifests) text += fmt::format("manifest {} {}\n", layer, manifest);
-  for (const WorkUnit& part : record.done.parts())
+  for (const WorkUnit& part : record.sample_set.parts())
     text += fmt::format("part {} {} {} {} {} {}\n", part.block.x0, part.block.y0, part.block.x1, part.block.y1,
                         part.sample_begin, part.sample_end);
   return text;
@@ -194,7 +194,7 @@ FilmRecord parse_film_record(std::string_view text, const FilmLayout& layout) {
     else if (kind == "manifest" && rest.find(' ') != std::string_view::npos)
       record.manifests.emplace(rest.substr(0, rest.find(' ')), rest.substr(rest.find(' ') + 1));
     else if (kind == "part")
-      parse_part(rest, layout, record.done);
+      parse_part(rest, layout, record.sample_set);
     else
       throw InputError(fmt::format("its record of samples has a line that says nothing, '{}'", line));
   }

@@ -37,6 +37,7 @@ struct ImageSetting {
 [[nodiscard]] std::optional<std::string> difference(const std::vector<ImageSetting>& expected,
                                                     const std::vector<ImageSetting>& found);
 
+/// What the text states of the sums beside it.
 struct FilmRecord {
   std::vector<ImageSetting> settings;
   // Arithmetic classes of the devices that rendered the samples.
@@ -46,7 +47,7 @@ struct FilmRecord {
   std::set<std::uint64_t> light_path_counts;
   std::set<std::string> layers;                  // of --aov, for the picture of a merged file
   std::map<std::string, std::string> manifests;  // of its mattes, by layer (film/mattes.h)
-  SampleSet done;
+  SampleSet sample_set;                          // the samples that are in the sums
   bool operator==(const FilmRecord&) const = default;
 };
 

@@ -25,7 +25,7 @@ void FilmStore::add(const WorkUnit& unit, const UnitSums& sums, const std::strin
     state_.film.add(sums);
     // While the rows are held, so that a copy has both or neither.
     const std::lock_guard lock(done_mutex_);
-    state_.done.add(unit);
+    state_.sample_set.add(unit);
     state_.arithmetic.insert(arithmetic);
   } catch (...) {
     spoiled_ = true;
@@ -41,7 +41,7 @@ FilmState FilmStore::copy() {
 
 std::vector<WorkUnit> FilmStore::missing(const Crop& crop, std::uint64_t begin, std::uint64_t end) {
   const std::lock_guard lock(done_mutex_);
-  return state_.done.missing(crop, begin, end);
+  return state_.sample_set.missing(crop, begin, end);
 }
 
 }  // namespace eikon

@@ -18,7 +18,7 @@ namespace eikon {
 /// a trial gave them (FilmRecord::light_path_counts).
 struct FilmState {
   Film film;
-  SampleSet done;
+  SampleSet sample_set;  // the samples that the film holds
   std::set<std::string> arithmetic = {};
   std::set<std::uint64_t> light_path_counts = {};
 };

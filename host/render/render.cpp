@@ -231,12 +231,12 @@ std::string no_device_is_left(DeviceSessions& sessions, std::uint64_t samples, s
 /// All that is asked for was done before the render began, so it takes no device.
 bool is_nothing_left(const RenderHooks& hooks, const Settings& settings) {
   return hooks.begin_with && !hooks.next_round &&
-         hooks.begin_with->done.missing(settings.crop, settings.sample_begin, settings.sample_end).empty();
+         hooks.begin_with->sample_set.missing(settings.crop, settings.sample_begin, settings.sample_end).empty();
 }
 
 RenderOutput output_of(FilmState done, const Features& features) {
   RenderReport report;
-  report.samples_before = done.done.sample_count();
+  report.samples_before = done.sample_set.sample_count();
   report.features = features.summary();
   return {std::move(done), std::move(report)};
 }
@@ -302,9 +302,9 @@ RenderOutput render_on(const std::shared_ptr<WavefrontDevices>& devices, const E
   const std::string& layout = first->layout.layout;
   FilmState begin = first_film(hooks, *devices, layout);
   if (!report.pilot.cut_short) agree_on_light_paths(begin, settings);
-  report.samples_before = begin.done.sample_count();
+  report.samples_before = begin.sample_set.sample_count();
   std::uint64_t left = 0;
-  for (const WorkUnit& box : begin.done.missing(settings.crop, settings.sample_begin, settings.sample_end))
+  for (const WorkUnit& box : begin.sample_set.missing(settings.crop, settings.sample_begin, settings.sample_end))
     left += box.path_count();
 
   Rounds rounds(hooks, settings, begin, report.pilot.seconds);
@@ -330,7 +330,7 @@ RenderOutput render_on(const std::shared_ptr<WavefrontDevices>& devices, const E
   if (no_device_left && samples == 0) throw DeviceError(no_device_is_left(*sessions, 0, left));
 
   FilmState done = sessions->film().take();
-  if (!done.done.missing(settings.crop, settings.sample_begin, settings.sample_end).empty())
+  if (!done.sample_set.missing(settings.crop, settings.sample_begin, settings.sample_end).empty())
     report.end = reason_of_end(rounds, !has_time, stop.load(), no_device_left);
   RenderOutput output{std::move(done), std::move(report)};
   if (no_device_left) throw NoDeviceLeft(no_device_is_left(*sessions, samples, left), std::move(output));

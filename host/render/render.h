@@ -167,12 +167,12 @@ ReplayedSample replay_path(const ReadyScene& scene, const Settings& settings, co
 ReplayedSample replay_path(const Scene& scene, const Settings& settings, const Execution& execution,
                            const PixelSample& sample, const std::function<void(const PathVertex&)>& report);
 
-/// render() throws this when no device is left but some samples are done; `done` is as of an
+/// render() throws this when no device is left but some samples are done; `output` is that of an
 /// interrupted render.
 struct NoDeviceLeft : DeviceError {
-  NoDeviceLeft(const std::string& why, RenderOutput output)
-      : DeviceError(why), done(std::make_shared<RenderOutput>(std::move(output))) {}
-  std::shared_ptr<RenderOutput> done;  // exceptions are copied
+  NoDeviceLeft(const std::string& why, RenderOutput rendered)
+      : DeviceError(why), output(std::make_shared<RenderOutput>(std::move(rendered))) {}
+  std::shared_ptr<RenderOutput> output;  // shared, because exceptions are copied
 };
 
 }  // namespace eikon

@@ -9,9 +9,9 @@ Rounds::Rounds(const RenderHooks& hooks, const Settings& settings, const FilmSta
     : hooks_(hooks),
       settings_(settings),
       pilot_s_(pilot_s),
-      done_(begin.done.complete_until(settings.crop, settings.sample_begin, settings.sample_end)) {
+      done_(begin.sample_set.complete_until(settings.crop, settings.sample_begin, settings.sample_end)) {
   const std::uint64_t below = settings.crop.pixel_count() * (done_ - settings.sample_begin);
-  decide({done_, begin.done.sample_count() == below, 0, begin.film});
+  decide({done_, begin.sample_set.sample_count() == below, 0, begin.film});
 }
 
 bool Rounds::is_out_of_time() const { return host_seconds() >= round_.latest_s; }

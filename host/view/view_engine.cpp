@@ -85,7 +85,7 @@ void ViewEngine::serve(const ViewBoard::Task& task) {
 bool ViewEngine::is_finished() const {
   if (!scenery_->film) return false;
   const Settings& settings = scenery_->prepared.settings;
-  return scenery_->film->done.missing(settings.crop, settings.sample_begin, settings.sample_end).empty();
+  return scenery_->film->sample_set.missing(settings.crop, settings.sample_begin, settings.sample_end).empty();
 }
 
 /// Shows at once what there is to be shown of a look.
@@ -105,7 +105,7 @@ void ViewEngine::show(const ViewLook& look) {
     show_small();
   } else if (!looks_same) {
     const FilmState& done = *scenery_->film;
-    const std::uint64_t end = done.done.complete_until(settings.crop, settings.sample_begin, settings.sample_end);
+    const std::uint64_t end = done.sample_set.complete_until(settings.crop, settings.sample_begin, settings.sample_end);
     publish(done.film, {.settings = settings, .samples = end - settings.sample_begin}, is_finished());
   }
   say(look.moving ? "moving" : is_finished() ? "done" : "rendering");
@@ -142,7 +142,7 @@ void ViewEngine::show_small() {
   begin_s_ = host_seconds();
   predicting_.rest();
   error_ = {};
-  if (done.done.empty()) return;
+  if (done.sample_set.empty()) return;
   publish(done.film, {.settings = small, .samples = 1, .small = true}, false);
   if (compiles) return;
   if (took_s > kSlowSmall_s) small_ = std::min(2 * small_, kMostSmall);

@@ -72,7 +72,7 @@ void refuse_difference(const Part& first, const Part& part) {
 
 void refuse_overlap(const std::vector<Part>& before, const Part& part) {
   for (const Part& other : before)
-    if (const auto twice = other.record.done.overlap(part.record.done))
+    if (const auto twice = other.record.sample_set.overlap(part.record.sample_set))
       throw InputError(
           fmt::format("cannot merge \"{}\" with \"{}\": both hold {}, which would count twice: leave one out",
                       part.file, other.file, in_words(*twice)));
@@ -103,7 +103,7 @@ Whole join(const std::vector<Part>& parts) {
     const Crop& other = part.layout.crop;
     crop = {std::min(crop.x0, other.x0), std::min(crop.y0, other.y0), std::max(crop.x1, other.x1),
             std::max(crop.y1, other.y1)};
-    whole.record.done.add(part.record.done);
+    whole.record.sample_set.add(part.record.sample_set);
     whole.record.arithmetic.insert(part.record.arithmetic.begin(), part.record.arithmetic.end());
     whole.record.light_path_counts.insert(part.record.light_path_counts.begin(), part.record.light_path_counts.end());
     whole.record.layers.insert(part.record.layers.begin(), part.record.layers.end());
@@ -147,8 +147,8 @@ std::string crop_flag(const Crop& window, const FilmLayout& layout) {
 /// returns  true if none are missing
 bool print_gaps(const Whole& whole, const std::string& output) {
   constexpr std::size_t kMostLines = 8;
-  const auto [begin, end] = sample_range(whole.record.done);
-  const std::vector<WorkUnit> gaps = whole.record.done.missing(whole.layout.crop, begin, end);
+  const auto [begin, end] = sample_range(whole.record.sample_set);
+  const std::vector<WorkUnit> gaps = whole.record.sample_set.missing(whole.layout.crop, begin, end);
   if (gaps.empty()) return true;
   std::uint64_t count = 0;
   for (const WorkUnit& gap : gaps) count += gap.path_count();
@@ -168,7 +168,7 @@ std::string lines_of(std::uint32_t begin, std::uint32_t end) {
 
 /// Prints which samples and pixels lie outside of all parts: other parts may hold them.
 void print_outside(const Whole& whole) {
-  const auto begin = sample_range(whole.record.done).first;
+  const auto begin = sample_range(whole.record.sample_set).first;
   if (begin > 0)
     print_to_stderr("eikon: the parts begin with sample {}: samples 0 to {} are in none of them\n", begin, begin - 1);
   const FilmLayout& layout = whole.layout;
@@ -183,9 +183,9 @@ void print_outside(const Whole& whole) {
 }
 
 void write(const MergeOptions& options, const Film& film, Whole& whole, const PredictedError& error) {
-  add_sample_counts(whole.metadata, film, whole.record.done, whole.record.arithmetic);
+  add_sample_counts(whole.metadata, film, whole.record.sample_set, whole.record.arithmetic);
   add_error(whole.metadata, error);
-  const auto [begin, end] = sample_range(whole.record.done);
+  const auto [begin, end] = sample_range(whole.record.sample_set);
   whole.metadata.strings["sampleRange"] = fmt::format("{}:{}", begin, end);
   write_exr(options.output, film, whole.metadata,
             {.half = options.half,
@@ -212,7 +212,7 @@ ExitCode merge_command(const MergeOptions& options) {
   write(options, film, whole, error);
 
   const Crop& crop = whole.layout.crop;
-  const auto [begin, end] = sample_range(whole.record.done);
+  const auto [begin, end] = sample_range(whole.record.sample_set);
   const bool complete = print_gaps(whole, options.output);
   print_outside(whole);
   if (whole.record.arithmetic != std::set<std::string>{"exact"} && !whole.record.arithmetic.empty())

@@ -135,7 +135,7 @@ void add_error(Metadata& metadata, const PredictedError& error) {
 Metadata describe_render(const Prepared& prepared, const RenderOutput& done, const PredictedError& error) {
   const RenderReport& report = done.report;
   Metadata metadata = describe_image(prepared);
-  add_sample_counts(metadata, done.film, done.done, done.arithmetic);
+  add_sample_counts(metadata, done.film, done.sample_set, done.arithmetic);
   add_error(metadata, error);
   metadata.strings["features"] = report.features;
   if (report.pilot.paths > 0) {

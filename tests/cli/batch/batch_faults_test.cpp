@@ -132,7 +132,7 @@ TEST(BatchFaults, killed_within_a_job_it_goes_on_from_the_job_s_checkpoint) {
     kill(child, SIGKILL);
     EXPECT_EQ(here.wait(child).code, 1000 + SIGKILL);
   }
-  const std::uint64_t before = read_checkpoint(here / "c.exr").record.done.sample_count();
+  const std::uint64_t before = read_checkpoint(here / "c.exr").record.sample_set.sample_count();
   EXPECT_TRUE(succeeded(here.eikon("batch jobs")));
   const json stats = read_json(here / "s.json");
   EXPECT_EQ(stats.at("samples_before").get<std::uint64_t>(), before);
@@ -161,7 +161,7 @@ void expect_edited_job_ends(const std::function<void(const Workplace&)>& disturb
   ASSERT_TRUE(
       succeeded(here.eikon("render " + scene("cornell.gltf") + " -o s.exr --size 48x48 --spp 400 --seed 2 --quiet")));
   EXPECT_TRUE(same_picture(here / "s.exr", here / "1.exr"));
-  EXPECT_EQ(read_checkpoint(here / "c.exr").record.done.sample_count(), 48U * 48U * 400U);
+  EXPECT_EQ(read_checkpoint(here / "c.exr").record.sample_set.sample_count(), 48U * 48U * 400U);
 }
 
 TEST(BatchFaults, a_job_killed_before_its_first_checkpoint_begins_anew_whatever_its_file_holds) {
@@ -191,7 +191,7 @@ TEST(BatchFaults, a_job_that_is_tried_again_begins_anew_whatever_its_checkpoint_
   const Outcome outcome = here.eikon("batch jobs --retry 1", "EIKON_FAULT=device:0:times=3");
   EXPECT_TRUE(succeeded(outcome));
   EXPECT_EQ(states(outcome), (States{{1, "done"}})) << outcome.err;
-  EXPECT_EQ(read_checkpoint(here / "c.exr").record.done.sample_count(), 48U * 48U * 8U);
+  EXPECT_EQ(read_checkpoint(here / "c.exr").record.sample_set.sample_count(), 48U * 48U * 8U);
 }
 
 TEST(BatchFaults, what_was_done_before_a_job_s_only_device_failed_is_in_its_picture) {
@@ -201,7 +201,7 @@ TEST(BatchFaults, what_was_done_before_a_job_s_only_device_failed_is_in_its_pict
   EXPECT_EQ(outcome.code, 1);
   EXPECT_EQ(states(outcome), (States{{1, "failed"}}));
   EXPECT_TRUE(contains(outcome.err, "what is done is in 1.exr")) << outcome.err;
-  EXPECT_GT(read_checkpoint(here / "1.exr").record.done.sample_count(), 0U);
+  EXPECT_GT(read_checkpoint(here / "1.exr").record.sample_set.sample_count(), 0U);
   const Outcome again = here.eikon("batch jobs");
   EXPECT_EQ(states(again), (States{{1, "done"}})) << "it is not taken for done";
   expect_single_renders(here, 1, "--size 64x48 --spp 400");
@@ -240,7 +240,7 @@ TEST(BatchFaults, interrupted_while_its_device_hangs_it_ends_with_a_checkpoint) 
   EXPECT_EQ(states(outcome), (States{{1, "interrupted"}, {2, "not"}})) << outcome.out;
   EXPECT_TRUE(contains(outcome.err, "was given up")) << outcome.err;
   const Checkpoint checkpoint = read_checkpoint(here / "c.exr");
-  EXPECT_GT(checkpoint.record.done.sample_count(), 0U);
+  EXPECT_GT(checkpoint.record.sample_set.sample_count(), 0U);
   EXPECT_EQ(read_exr(here / "1.exr").planes, read_exr(here / "c.exr").planes);
   EXPECT_EQ(told(here / "jobs.ledger"), (std::map<int, std::vector<std::string>>{{1, {"started", "interrupted"}}}));
 }

@@ -66,7 +66,7 @@ inline constexpr const char* kEndless = "--size 64x64 --spp 100000000 --quiet ";
 
 inline std::string just_beyond(const Checkpoint& checkpoint) {
   std::uint64_t end = 0;
-  for (const WorkUnit& part : checkpoint.record.done.parts()) end = std::max(end, part.sample_end);
+  for (const WorkUnit& part : checkpoint.record.sample_set.parts()) end = std::max(end, part.sample_end);
   return "--size 64x64 --quiet --spp " + std::to_string(end + 3) + " ";
 }
 

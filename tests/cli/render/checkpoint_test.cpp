@@ -31,8 +31,8 @@ TEST(Checkpoint, N9_a_render_killed_five_times_ends_with_the_bits_of_an_undistur
     kill(child, SIGKILL);
     EXPECT_EQ(here.wait(child).code, 1000 + SIGKILL);
     const Checkpoint checkpoint = read_checkpoint(here / "c.exr");  // whole, whenever it was
-    EXPECT_GT(checkpoint.record.done.sample_count(), samples);
-    samples = checkpoint.record.done.sample_count();
+    EXPECT_GT(checkpoint.record.sample_set.sample_count(), samples);
+    samples = checkpoint.record.sample_set.sample_count();
     finish = just_beyond(checkpoint);
   }
   ASSERT_TRUE(succeeded(here.eikon(cornell(finish + "--checkpoint c.exr --resume --stats stats.json"))));
@@ -56,7 +56,7 @@ TEST(Checkpoint, N9_a_signal_that_ends_a_render_leaves_a_checkpoint_to_go_on_fro
     const Image picture = read_exr(here / "out.exr");
     EXPECT_EQ(picture.planes, read_exr(here / "c.exr").planes);
     EXPECT_EQ(*picture.plane("G"), to_image(checkpoint.film).planes[1]);
-    EXPECT_EQ(picture.metadata.at("samples"), std::to_string(checkpoint.record.done.sample_count()));
+    EXPECT_EQ(picture.metadata.at("samples"), std::to_string(checkpoint.record.sample_set.sample_count()));
     const std::string finish = just_beyond(checkpoint);
     ASSERT_TRUE(succeeded(here.eikon(cornell(finish + "--checkpoint c.exr --resume"))));
     expect_undisturbed(here, finish);
@@ -74,14 +74,14 @@ TEST(Checkpoint, SIGUSR1_asks_for_one_and_the_render_goes_on) {
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
     }
     EXPECT_FALSE(has_ended(child));
-    return read_checkpoint(here / "c.exr").record.done.sample_count();
+    return read_checkpoint(here / "c.exr").record.sample_set.sample_count();
   };
   const std::uint64_t first = ask(), second = ask();
   EXPECT_GT(first, 0U);
   EXPECT_GT(second, first);
   kill(child, SIGTERM);
   EXPECT_EQ(here.wait(child).code, 128 + SIGTERM);
-  EXPECT_GE(read_checkpoint(here / "c.exr").record.done.sample_count(), second);
+  EXPECT_GE(read_checkpoint(here / "c.exr").record.sample_set.sample_count(), second);
 }
 
 TEST(Checkpoint, a_device_that_disappears_leaves_one_to_go_on_from) {

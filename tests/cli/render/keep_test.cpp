@@ -11,7 +11,7 @@ const std::string kImage = "--size 64x64 --spp 400 --quiet --devices cpu ";
 constexpr std::uint64_t kAll = 64 * 64 * 400;
 
 void expect_goes_on(const Workplace& here, const std::string& from, const std::string& flags = "") {
-  const std::uint64_t before = read_checkpoint(here / from).record.done.sample_count();
+  const std::uint64_t before = read_checkpoint(here / from).record.sample_set.sample_count();
   EXPECT_GT(before, 0U);
   EXPECT_LT(before, kAll);
   const Outcome rest = here.eikon("render " + scene("cornell.gltf") + " -o whole.exr " + kImage + flags +
@@ -34,7 +34,7 @@ TEST(Keep, a_device_that_disappears_leaves_the_picture_so_far_to_go_on_from) {
     const Image picture = read_exr(here / "out.exr");
     EXPECT_EQ(picture.metadata.at("interrupted"), "1");
     EXPECT_EQ(picture.metadata.at("samples"),
-              std::to_string(read_checkpoint(here / "out.exr").record.done.sample_count()));
+              std::to_string(read_checkpoint(here / "out.exr").record.sample_set.sample_count()));
     expect_goes_on(here, "out.exr", flags);
   }
 }

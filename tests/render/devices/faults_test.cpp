@@ -135,7 +135,7 @@ TEST_F(Faults, when_no_device_is_left_what_is_done_is_handed_out) {
     EXPECT_NE(std::string(error.what()).find("CL_OUT_OF_RESOURCES"), std::string::npos) << error.what();
   }
   ASSERT_TRUE(last);
-  EXPECT_GT(last->done.sample_count(), 0U);
+  EXPECT_GT(last->sample_set.sample_count(), 0U);
   // And it goes on from there.
   RenderHooks go_on;
   go_on.begin_with = last;
@@ -194,7 +194,7 @@ TEST_F(Faults, an_interrupted_render_goes_on_elsewhere) {
   EXPECT_TRUE(part.report.interrupted());
   stop = false;
   RenderHooks go_on;
-  go_on.begin_with = FilmState{part.film, part.done, part.arithmetic};
+  go_on.begin_with = FilmState{part.film, part.sample_set, part.arithmetic};
   EXPECT_TRUE(same_film(expected, with("device:0:slow=5", go_on).film));
 }
 

@@ -26,7 +26,7 @@ class Resume : public ::testing::Test {
 
 TEST_F(Resume, from_any_state_the_result_is_the_same) {
   const RenderOutput whole = render(scene, settings, as_tested(execution), stop);
-  EXPECT_EQ(whole.done.sample_count(), 80U * 60U * 24U);
+  EXPECT_EQ(whole.sample_set.sample_count(), 80U * 60U * 24U);
   std::vector<FilmState> states;
   RenderHooks hooks;
   hooks.checkpoint = [&](const FilmState& state) { states.push_back(state); };
@@ -34,7 +34,7 @@ TEST_F(Resume, from_any_state_the_result_is_the_same) {
   render(scene, settings, as_tested(execution), stop, hooks);
   ASSERT_FALSE(states.empty());
   EXPECT_TRUE(same_film(states.back().film, whole.film));
-  EXPECT_TRUE(states.back().done == whole.done);
+  EXPECT_TRUE(states.back().sample_set == whole.sample_set);
 
   // A state of our own making: samples 4 to 9 of a window.
   Settings window = settings;
@@ -44,7 +44,7 @@ TEST_F(Resume, from_any_state_the_result_is_the_same) {
   window.crop = {16, 8, 50, 41};
   const RenderOutput part = render(scene, window, as_tested(execution), stop);
   begun.film.add(part.film);
-  begun.done.add(part.done);
+  begun.sample_set.add(part.sample_set);
   begun.arithmetic = {"other-12345678"};
   states.push_back(begun);
   for (const FilmState& state : states) {
@@ -52,11 +52,11 @@ TEST_F(Resume, from_any_state_the_result_is_the_same) {
     go_on.begin_with = state;
     const RenderOutput done = render(scene, settings, as_tested(execution), stop, go_on);
     EXPECT_TRUE(same_film(done.film, whole.film));
-    EXPECT_TRUE(done.done == whole.done);
-    EXPECT_EQ(done.report.samples_before, state.done.sample_count());
+    EXPECT_TRUE(done.sample_set == whole.sample_set);
+    EXPECT_EQ(done.report.samples_before, state.sample_set.sample_count());
     EXPECT_TRUE(std::includes(done.arithmetic.begin(), done.arithmetic.end(), state.arithmetic.begin(),
                               state.arithmetic.end()));
-    EXPECT_EQ(done.report.samples, whole.done.sample_count() - state.done.sample_count());
+    EXPECT_EQ(done.report.samples, whole.sample_set.sample_count() - state.sample_set.sample_count());
     EXPECT_FALSE(done.report.interrupted());
   }
 }

@@ -84,7 +84,7 @@ TEST(Reuse, wavefronts_that_stay_ready_give_the_bits_of_fresh_ones) {
       const RenderOutput output = render_packed(image.packed, Features(*image.scene, image.settings), image.settings,
                                                 execution, stop, std::move(hooks));
       EXPECT_TRUE(same_film(output.film, image.expected)) << round;
-      EXPECT_EQ(output.report.devices.front().samples, output.done.sample_count());
+      EXPECT_EQ(output.report.devices.front().samples, output.sample_set.sample_count());
       compile_s += output.report.compile_s;
     }
     EXPECT_EQ(devices.idle_count(), 1U);

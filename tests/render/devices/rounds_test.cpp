@@ -106,7 +106,7 @@ TEST(Rounds, the_time_that_was_given_ends_the_render) {
   const RenderOutput done = render(scene, settings, as_tested({}), stop, std::move(hooks));
   EXPECT_EQ(done.report.end, End::out_of_time);
   EXPECT_GE(host_seconds(), latest_s);
-  EXPECT_GE(done.done.sample_count(), 64U * 64);
+  EXPECT_GE(done.sample_set.sample_count(), 64U * 64);
 }
 
 TEST(Rounds, what_the_callback_throws_ends_the_render) {
@@ -138,7 +138,7 @@ TEST(Rounds, go_on_after_the_samples_that_every_pixel_has) {
   on.begin_with = static_cast<FilmState>(render(scene, some, as_tested({}), stop));
   const RenderOutput further = render(scene, corner, as_tested({}), stop);
   on.begin_with->film.add(further.film);
-  on.begin_with->done.add(further.done);
+  on.begin_with->sample_set.add(further.sample_set);
   std::vector<std::pair<std::uint64_t, bool>> seen;
   RenderHooks hooks = rounds_to({3, 4}, [&](const RoundEnd& now) { seen.emplace_back(now.done, now.exact); });
   hooks.begin_with = std::move(on.begin_with);

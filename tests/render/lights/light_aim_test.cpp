@@ -101,7 +101,7 @@ TEST(LightAimRender, a_trial_without_a_target_or_a_light_that_shines_has_nothing
   for (const Scene* scene : {&dark, &bare}) {
     const RenderOutput output = output_of(*scene, with_trial_of(settings, 1U << 14));
     EXPECT_EQ(output.report.pilot.light_aim_gain, 0);
-    EXPECT_EQ(output.done.sample_count(), 24U * 24 * 2);
+    EXPECT_EQ(output.sample_set.sample_count(), 24U * 24 * 2);
   }
 }
 

@@ -20,7 +20,7 @@ namespace {
 void expect_complete(const Outcome& outcome) {
   ASSERT_EQ(outcome.state, DeviceSessions::State::done);
   EXPECT_EQ(outcome.totals.samples, kImage.pixel_count() * kSpp);
-  EXPECT_TRUE(outcome.film->done.missing(kImage, 0, kSpp).empty());
+  EXPECT_TRUE(outcome.film->sample_set.missing(kImage, 0, kSpp).empty());
   std::uint64_t samples = 0;
   for (const DeviceReport& device : outcome.devices) samples += device.samples;
   EXPECT_EQ(samples, outcome.totals.samples);
@@ -225,7 +225,7 @@ TEST(DeviceSessions, when_all_devices_fail_what_is_done_stays) {
   const Outcome outcome = run(two);
   EXPECT_EQ(outcome.state, DeviceSessions::State::no_device_left);
   EXPECT_GT(outcome.totals.samples, 0U);
-  EXPECT_EQ(outcome.film->done.sample_count(), outcome.totals.samples);
+  EXPECT_EQ(outcome.film->sample_set.sample_count(), outcome.totals.samples);
   EXPECT_NE(outcome.failure_summary.find("it is broken"), std::string::npos);
 }
 

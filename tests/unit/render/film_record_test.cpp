@@ -42,8 +42,8 @@ FilmRecord some_record() {
   record.arithmetic = {"exact", "other-12345678"};
   record.light_path_counts = {4800};
   record.layers = {"albedo", "variance"};
-  record.done.add(part({0, 0, 9, 4}, 0, 12));
-  record.done.add(part({2, 4, 7, 7}, 3, std::uint64_t{1} << 40));
+  record.sample_set.add(part({0, 0, 9, 4}, 0, 12));
+  record.sample_set.add(part({2, 4, 7, 7}, 3, std::uint64_t{1} << 40));
   return record;
 }
 

@@ -17,7 +17,7 @@ std::shared_ptr<std::vector<FakeDevice>> devices_beside(std::size_t count) {
 void expect_exact(const Outcome& outcome) {
   ASSERT_EQ(outcome.state, DeviceSessions::State::done);
   EXPECT_EQ(outcome.totals.samples, kImage.pixel_count() * kSpp);
-  EXPECT_TRUE(outcome.film->done.missing(kImage, 0, kSpp).empty());
+  EXPECT_TRUE(outcome.film->sample_set.missing(kImage, 0, kSpp).empty());
   for (std::uint32_t y = 0; y < kImage.y1; ++y)
     for (std::uint32_t x = 0; x < kImage.x1; ++x)
       for (std::uint32_t c = 0; c < 3; ++c) {
