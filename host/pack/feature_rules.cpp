@@ -206,10 +206,13 @@ Need sum_rule(const SceneFacts& facts) {
   return {is_asked_for(facts, sum), "--aov"};
 }
 
-constexpr bool kUnlessRaycast = true;  // of what raycast.h leaves out of every material
+constexpr bool kUnlessRaycast = true;  // for features that raycast.h leaves out of every material
 
-/// Asks a function; or whether some material or mesh needs the feature, and `text` says why it is out
-/// otherwise; or whether the settings do, and `text` says by which flag, or why not.
+/// The rule by which one feature is decided. It has one of four forms:
+///   need       a function gives the decision and its reason
+///   material   some material needs it, or else `text` says why none does
+///   primitive  some primitive of a mesh needs it, or else `text` says why none does
+///   asked      the scene and the settings decide; `text` names the flag, or the reason
 struct Rule {
   constexpr Rule(Feature of, Need (*by)(const SceneFacts&), bool not_raycast = false)
       : feature(of), unless_raycast(not_raycast), need(by) {}
