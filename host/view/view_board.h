@@ -60,7 +60,7 @@ class ViewBoard {
 
   /// Asks for another picture. returns  the number of the look, which grows with each
   std::uint64_t look(const ViewLook& look);
-  /// While it is paused, engines do not go on with the picture; they answer all else.
+  /// While it is paused, only what is asked for anew is rendered, and only small.
   void pause(bool is_paused);
   /// Waits until there is something that a page with this version does not know, but at most for so many seconds.
   [[nodiscard]] ViewNews news(std::uint64_t version, double most_s);

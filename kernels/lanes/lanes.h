@@ -8,8 +8,8 @@
 //     ? a : b` selects; & | ! combine. No && || if on lane values; `if (ANY(m))` only skips work,
 //     with selects inside.
 //   - load first, select after; divide freely, then select the bad quotient away.
-//   - no store under a mask: lanes without a path write where nobody reads (chunk tails, film trash
-//     slots).
+//   - no store under a mask: lanes without a path write where nobody reads: behind the paths of a
+//     chunk, or to the padding behind a plane of film slots.
 // Arithmetic is + - *, div_f, sqrt_f (division.h), comparisons and integers alone, without
 // contraction, so that every device gives the same bits.
 #ifndef EK_LANES_H

@@ -109,7 +109,7 @@ EK_FN ShapeHit shape_hit_within(SceneData scene, const RayLanes* ray, vi live, v
     if (!(EK_HAS_opacity | EK_HAS_culling) || !ANY(open)) break;
   }
   const vf t = found.t * abs_f(ray->p_rcp_d.z);
-  found.t = min_f(max_f(t, within.begin), within.end) + 0.0f;  // which zero an interval ends in would hang on the order of axes
+  found.t = min_f(max_f(t, within.begin), within.end) + 0.0f;  // 0 instead of -0: the order of the axes decides which of them an interval ends in
   found.gave_up = found.gave_up * abs_f(ray->p_rcp_d.z);
   return found;
 }
