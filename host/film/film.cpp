@@ -20,8 +20,24 @@ __extension__ typedef unsigned __int128 uint128;
 
 // Pixels of a unit that a thread adds in about a millisecond. The units of CPUs have no more, and those of GPUs up to a million.
 constexpr std::size_t kPixelsOfPart = std::size_t{1} << 14;
+// As many numbers of what samples met.
+constexpr std::size_t kNumbersOfPart = std::size_t{1} << 18;
+// Rows of a band. unit_pixels lists pixels in tiles of so many.
+constexpr std::uint32_t kRowsOfBand = 4;
 
 constexpr int128 kMaxSum = static_cast<int128>(~uint128{0} >> 1);
+
+/// The indices of pixels (x | y << 16) by the band of rows in which they lie. Threads may add to the mattes of different bands at
+/// the same time, because these have no row in common.
+std::vector<std::vector<std::uint32_t>> bands_of(std::span<const std::uint32_t> pixels) {
+  if (pixels.empty()) return {};
+  const auto [lowest, highest] = std::ranges::minmax(pixels, {}, [](std::uint32_t pixel) { return pixel >> 16; });
+  const std::uint32_t y0 = lowest >> 16;
+  std::vector<std::vector<std::uint32_t>> bands(((highest >> 16) - y0) / kRowsOfBand + 1);
+  for (std::size_t i = 0; i < pixels.size(); ++i)
+    bands[((pixels[i] >> 16) - y0) / kRowsOfBand].push_back(std::uint32_t(i));
+  return bands;
+}
 
 }  // namespace
 
@@ -252,21 +268,47 @@ void Film::add_mattes(const UnitSums& unit) {
     throw InternalError(
         fmt::format("unit of {} pixels and {} samples: {} numbers and {} lists of ids do not fit {} mattes", pixels,
                     samples, unit.met.size(), unit.matte_ids.size(), mattes_.size()));
-  for (std::size_t m = 0; m < mattes_.size(); ++m) {
-    const std::vector<std::uint32_t>& ids = unit.matte_ids[m];
-    for (std::size_t i = 0; i < pixels; ++i) {
-      const std::uint32_t x = unit.pixels[i] & 0xffffu, y = unit.pixels[i] >> 16;
-      const std::uint32_t* number = &unit.met[m * samples * pixels + i];
-      // Most samples of a pixel hit the same as the sample before.
-      for (std::size_t s = 0; s < samples;) {
-        const std::uint32_t first = number[s * pixels];
-        if (first >= ids.size()) throw InternalError(fmt::format("a ray met number {} of {}", first, ids.size()));
-        std::size_t end = s + 1;
-        while (end < samples && number[end * pixels] == first) ++end;
-        add_to_matte(m, x, y, {ids[first], end - s});
-        s = end;
+  if (mattes_.empty()) return;
+  const std::vector<std::vector<std::uint32_t>> bands = bands_of(unit.pixels);
+  const std::size_t bands_of_part = kNumbersOfPart * bands.size() / std::max<std::size_t>(1, samples * pixels);
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, bands.size(), std::max<std::size_t>(1, bands_of_part)),
+                    [&](const auto& part) {
+                      for (std::size_t m = 0; m < mattes_.size(); ++m)
+                        for (std::size_t b = part.begin(); b < part.end(); ++b) add_matte_band(unit, m, bands[b]);
+                    });
+}
+
+/// Adds the numbers that the samples of some pixels met.
+/// band  indices of the pixels in the unit
+void Film::add_matte_band(const UnitSums& unit, std::size_t matte, std::span<const std::uint32_t> band) {
+  const std::size_t pixels = unit.pixels.size(), samples = unit.sample_end - unit.sample_begin;
+  const std::vector<std::uint32_t>& ids = unit.matte_ids[matte];
+  // Most samples of a pixel meet the same as the sample before, so equal ones are counted first.
+  struct Run {
+    std::uint32_t number = 0;
+    std::uint64_t samples = 0;
+  };
+  const auto add_run = [&](std::uint32_t pixel, const Run& run) {
+    if (run.samples == 0) return;
+    if (run.number >= ids.size()) throw InternalError(fmt::format("a ray met number {} of {}", run.number, ids.size()));
+    add_to_matte(matte, unit.pixels[pixel] & 0xffffu, unit.pixels[pixel] >> 16, {ids[run.number], run.samples});
+  };
+  // The numbers of a sample lie together, so they are read along the pixels.
+  constexpr std::size_t kTogether = 64;
+  for (std::size_t first = 0; first < band.size(); first += kTogether) {
+    const std::span<const std::uint32_t> some = band.subspan(first, std::min(kTogether, band.size() - first));
+    std::array<Run, kTogether> runs{};
+    for (std::size_t s = 0; s < samples; ++s) {
+      const std::uint32_t* const numbers = &unit.met[(matte * samples + s) * pixels];
+      for (std::size_t i = 0; i < some.size(); ++i) {
+        if (numbers[some[i]] != runs[i].number) {
+          add_run(some[i], runs[i]);
+          runs[i] = {.number = numbers[some[i]]};
+        }
+        ++runs[i].samples;
       }
     }
+    for (std::size_t i = 0; i < some.size(); ++i) add_run(some[i], runs[i]);
   }
 }
 

@@ -219,6 +219,7 @@ class Film {
   void add_pixels(const UnitSums& unit, std::span<const std::uint64_t> drawn, std::size_t begin, std::size_t end);
   void add_sums(const UnitSums& unit, std::size_t first, std::span<const std::size_t> film_pixels);
   void add_mattes(const UnitSums& unit);
+  void add_matte_band(const UnitSums& unit, std::size_t matte, std::span<const std::uint32_t> band);
   void add_splats(const UnitSums& unit);
   [[nodiscard]] std::uint64_t light_paths_at(std::size_t pixel, std::size_t replicate) const;
   void add_rows(const Film& other, std::uint32_t y0, std::uint32_t y1);

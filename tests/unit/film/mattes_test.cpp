@@ -20,6 +20,7 @@
 #include "core/error.h"
 #include "support/film_builder.h"
 #include "film/exr/film_file.h"
+#include "film/units.h"
 #include "image/image.h"
 #include "support/temporary_folder.h"
 
@@ -162,6 +163,41 @@ bool same_mattes(const Film& a, const Film& b) {
       for (std::size_t m = 0; m < 2; ++m)
         if (a.matte(m, x, y) != b.matte(m, x, y)) return false;
   return true;
+}
+
+TEST(Mattes, a_unit_of_many_pixels_and_samples_counts_each_number_once) {
+  // So many that several threads add them, in tiles that the crop cuts, and with runs of equal numbers.
+  const Crop crop = {3, 5, 260, 70};
+  FilmLayout layout = small_layout(300, 80);
+  layout.crop = crop;
+  layout.mattes = {"cryptomatte_object", "cryptomatte_material"};
+  const std::vector<std::uint32_t> pixels = unit_pixels(crop);
+  constexpr std::uint64_t kSamples = 40;
+  const std::vector<std::vector<std::uint32_t>> ids = {{0, 70, 20, 90}, {0, 5, 4}};
+  std::vector<std::uint32_t> met;
+  std::mt19937 random(7);
+  for (const std::vector<std::uint32_t>& of_matte : ids)
+    for (std::uint64_t s = 0; s < kSamples; ++s)
+      for (std::size_t i = 0; i < pixels.size(); ++i)
+        met.push_back(s > 0 && random() % 4 != 0 ? met[met.size() - pixels.size()]
+                                                 : std::uint32_t(random() % of_matte.size()));
+  const test::UnitBuilder empty(layout, pixels, 8, 8 + kSamples);
+  UnitSums unit = empty.sums();
+  unit.met = met;
+  unit.matte_ids = ids;
+  Film film(layout);
+  film.add(unit);
+  film.add(unit);
+  for (std::size_t m = 0; m < ids.size(); ++m)
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      std::map<std::uint32_t, std::uint64_t> expected;
+      for (std::uint64_t s = 0; s < kSamples; ++s) expected[ids[m][met[(m * kSamples + s) * pixels.size() + i]]] += 2;
+      const std::vector<MatteCount> counts = film.matte(m, pixels[i] & 0xffffU, pixels[i] >> 16U);
+      ASSERT_EQ(counts.size(), expected.size()) << m << ' ' << i;
+      for (const MatteCount& count : counts) ASSERT_EQ(count.samples, expected[count.id]) << m << ' ' << i;
+    }
+  met[met.size() / 3] = 4;
+  EXPECT_THROW(film.add(unit), InternalError);
 }
 
 TEST(Mattes, counts_come_back_from_a_file_and_add_up_in_any_order) {
