@@ -118,14 +118,14 @@ TEST(PredictedError, is_within_15_percent_when_pixels_have_nothing_to_do_with_th
   EXPECT_NEAR(c.mean_ratio, 1, 0.15);
 }
 
-// Samples with a standard deviation of 2.9 and 7.3 times their mean: the interval covers 84 and 57 %, because some runs have not
-// met the outliers that carry the error. The prediction on average is right to 4 and 11 %.
+// Samples with a standard deviation of 2.9 and 7.3 times their mean: the interval covers 90 and 72 %, because some runs have not
+// met the outliers that carry the error. The prediction on average is right to 4 and 16 %.
 TEST(PredictedError, heavy_tails_cost_coverage_but_little_bias) {
   const Coverage skewed = measure([](auto x, auto y) { return log_normal(gradient(x, y), 1.5); }, 24, 2, 16, 5);
   EXPECT_GT(skewed.covered, 0.78);
   EXPECT_NEAR(skewed.mean_ratio, 1, 0.08);
   const Coverage heavy = measure([](auto x, auto y) { return log_normal(gradient(x, y), 2); }, 24, 2, 32, 5);
-  EXPECT_GT(heavy.covered, 0.5);
+  EXPECT_GT(heavy.covered, 0.7);
   EXPECT_NEAR(heavy.mean_ratio, 1, 0.2);
 }
 
@@ -164,10 +164,11 @@ PixelModel at_a_lamp(std::uint32_t x, std::uint32_t y) {
           }};
 }
 
-// The edge of a lamp was taken for outliers on the wall: the prediction was 21, 28 and 4 times the error.
+// The edge of a lamp was taken for outliers on the wall: the prediction was 21, 28 and 4 times the error. Without what was not met
+// of it, it would be too low at few samples.
 TEST(PredictedError, of_the_edges_of_lamps_is_that_of_bright_pixels) {
-  EXPECT_NEAR(measure(at_a_lamp, 24, 2, 2, 8).mean_ratio, 1, 0.35);
-  EXPECT_NEAR(measure(at_a_lamp, 24, 2, 8, 8).mean_ratio, 1, 0.25);
+  EXPECT_NEAR(measure(at_a_lamp, 24, 2, 2, 8).mean_ratio, 1, 0.15);
+  EXPECT_NEAR(measure(at_a_lamp, 24, 2, 8, 8).mean_ratio, 1, 0.15);
   EXPECT_NEAR(measure(at_a_lamp, 24, 2, 32, 8).mean_ratio, 1, 0.1);
 }
 
@@ -222,6 +223,7 @@ TEST(PredictedError, of_few_lamps_among_many_outliers_has_both_ends) {
   const Coverage few = measure(model, 32, 2, 1, 15);
   EXPECT_GT(few.both_ends, 0.9);
   EXPECT_GT(few.covered, 0.85);
+  EXPECT_NEAR(few.mean_ratio, 1, 0.12);  // 1.15 times without an outlier's own evidence (error_scale.h)
 }
 
 TEST(PredictedError, of_a_picture_in_which_nothing_was_found_has_no_upper_end) {
