@@ -14,9 +14,9 @@ inline constexpr double kEpsilon = 1e-2;
 inline constexpr double kNoiseOfSides = 2, kNoiseOfEdge = 9;
 inline constexpr double kEnoughNeighbours = 8;  // with so many the own mean of a pixel is not needed
 
-// The share of the square of an outlier's part in the mean of its surroundings that is added to the squared error. It would be 2/3
-// if all outliers were equal. But of log-normal samples, whose error is predicted too low as it is, 1/2 would take another 9 %
-// away; this share takes 3 %.
+// An outlier has a part in the mean of its surroundings. This share of the square of that part is added to the squared error. It
+// would be 2/3 if all outliers were equal. But the error of log-normal samples is predicted too low as it is, and 1/2 would lower
+// it by another 9 %; this share lowers it by 4 %.
 inline constexpr double kOwnPart = 0.15;
 // The weight of an outlier's dimmer replicate for each sample of the pixel, where that of a neighbour is 1.
 inline constexpr double kDimmerWeight = 0.125;
@@ -64,7 +64,7 @@ EK_INLINE void expectation(const Real& mean, const Real& variance, const Neighbo
 /// so that 2 is missing, which bounds what an outlier can add.
 ///
 /// mean, count: of the pixel, and of the neighbours from which its expectation was found
-/// dimmer_weight  of the dimmer replicate
+/// dimmer, dimmer_weight: mean and weight of the dimmer replicate; the weight is 0 if there are not two
 inline void add_own_evidence(double mean, double dimmer, double dimmer_weight, double count, Estimate<double>& found) {
   const double part = (mean - found.mean) / (count + 1);
   found.squared_error += kOwnPart * part * part;

@@ -20,9 +20,9 @@ __extension__ typedef unsigned __int128 uint128;
 
 // Pixels of a unit that a thread adds in about a millisecond. The units of CPUs have no more, and those of GPUs up to a million.
 constexpr std::size_t kPixelsOfPart = std::size_t{1} << 14;
-// As many numbers of what samples met.
+// A thread adds about so many of the numbers that say what samples met before it takes more.
 constexpr std::size_t kNumbersOfPart = std::size_t{1} << 18;
-// Rows of a band. unit_pixels lists pixels in tiles of so many.
+// A band has so many rows, as unit_pixels lists pixels in tiles of as many.
 constexpr std::uint32_t kRowsOfBand = 4;
 
 constexpr int128 kMaxSum = static_cast<int128>(~uint128{0} >> 1);

@@ -68,7 +68,7 @@ inline constexpr std::uint64_t kUsualSpp = 64;  // samples per pixel
 // Light paths for each path from the camera, of an image without a trial; and where they alone find some of the light.
 inline constexpr double kUsualLightPaths = 1.0 / 16, kUsualLightPathsAlone = 1.0 / 4;
 
-/// What a user asks for of the scene, the camera and the picture: all that decides the Settings.
+/// The wishes of a user for the scene, the camera and the picture. They decide all of the Settings.
 struct SceneOptions {
   std::string scene;    // glTF file
   std::string variant;  // KHR_materials_variants; empty: none

@@ -32,7 +32,7 @@ struct PixelIndex {
   std::uint32_t x = 0, y = 0;
 };
 
-/// What the words of `eikon render` ask for.
+/// Holds everything that the words of `eikon render` ask for.
 struct RenderOptions {
   SceneOptions scene;
   Execution execution;

@@ -33,7 +33,7 @@ struct FeatureEntry {
   std::string reason;  // who needs it, or why it is out
 };
 
-/// What the kernels of a scene are compiled for: each feature of features.def is on or off, with the reason.
+/// The features of features.def for which the kernels of a scene are compiled. Each is on or off, and states the reason.
 class Features {
  public:
   Features(const Scene& scene, const Settings& settings);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a render is told: Settings decide the image, and Execution decides how the work is done.
+// The orders of a render: Settings decide the image, and Execution decides how the work is done.
 #pragma once
 #include <cstdint>
 #include <memory>

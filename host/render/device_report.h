@@ -29,7 +29,7 @@ struct RenderTotals {
   std::vector<PixelSample> rejected;           // the first few samples that were left out of the film
 };
 
-/// What one device did in a render.
+/// Tells what one device did in a render.
 struct DeviceReport {
   DeviceInfo info;
   WavefrontConfig config;

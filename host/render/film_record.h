@@ -37,7 +37,7 @@ struct ImageSetting {
 [[nodiscard]] std::optional<std::string> difference(const std::vector<ImageSetting>& expected,
                                                     const std::vector<ImageSetting>& found);
 
-/// What the text states of the sums beside it.
+/// Holds what the text states of the sums beside it.
 struct FilmRecord {
   std::vector<ImageSetting> settings;
   // Arithmetic classes of the devices that rendered the samples.

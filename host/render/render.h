@@ -33,7 +33,7 @@ enum class End {
   return std::array{"spp", "target-error", "time", "interruption"}.at(std::size_t(end));
 }
 
-/// What a render did and how it ended, for --stats, headers and messages.
+/// Tells what a render did and how it ended, for --stats, headers and messages.
 struct RenderReport : RenderTotals {
   /// The arithmetic classes of the devices that took part in this run, "exact" or "exact,
   /// other-1a2b3c4d".
@@ -54,7 +54,7 @@ struct RenderReport : RenderTotals {
   double compile_s = 0, upload_s = 0;  // of the slowest device
 };
 
-/// How far a render is.
+/// Tells how far a render is.
 struct Progress {
   // Both include the samples that the render began with.
   std::uint64_t samples = 0, samples_total = 0;

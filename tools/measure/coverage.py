@@ -50,7 +50,7 @@ def measured(eikon, folder, scene, size, spp, seeds, most_seeds, reference):
     """[(true relMSE of the image, predicted, lo, hi)] of each seed, of which there are enough for the mean of the first."""
     results = []
     while len(results) < most_seeds:
-        next_seeds = range(len(results), min(most_seeds, max(seeds, 2 * len(results))))
+        next_seeds = range(len(results), min(most_seeds, max(1, seeds, 2 * len(results))))
         results += measured_seeds(eikon, folder, scene, size, spp, next_seeds, reference)
         errors = [error for error, *_ in results]
         if len(errors) > 1 and statistics.stdev(errors) <= STANDARD_ERROR * len(errors) ** 0.5 * statistics.fmean(errors):

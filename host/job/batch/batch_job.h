@@ -14,7 +14,7 @@
 
 namespace eikon {
 
-/// What has become of a job; `skipped`: an earlier run of the batch did it.
+/// The states of a job. A job is `skipped` if an earlier run of the batch has done it.
 enum class JobState { waiting, skipped, done, failed, interrupted };
 [[nodiscard]] const char* name_of(JobState state);
 

@@ -35,7 +35,7 @@ struct PilotReport {
   [[nodiscard]] bool exists() const { return paths > 0 || light_trial_paths > 0; }
 };
 
-/// What a pilot has learned and decided; apply() brings it into a render.
+/// Holds what a pilot has learned and decided; apply() brings it into a render.
 struct Pilot {
   std::shared_ptr<const GuideTable> table;    // null: paths are not guided
   std::shared_ptr<const LightAim> light_aim;  // null: light paths start evenly

@@ -83,7 +83,7 @@ TEST(FilmEnergy, M4_white_metal_under_a_film_cannot_be_seen_in_the_white_furnace
       expect_as_bright_as_its_surroundings(films(roughness), {kWhite, kPerfect}, angle, 0.005);
 }
 
-/// What the film on a specimen reflects at these cosines.
+/// Finds how much the film on a specimen reflects at these cosines.
 std::vector<Words> film_of(const Specimen& s, const std::vector<float>& cosines) {
   const auto all = [&](float x) { return as_words(std::vector<float>(cosines.size(), x)); };
   const ProbeMaterial& material = s.material;
