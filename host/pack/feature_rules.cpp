@@ -131,13 +131,13 @@ Need shape_rule(const SceneFacts& facts) {
 }
 
 template <std::uint32_t of_class>
-Need hit_class_rule(const SceneFacts& facts) {
+Need shading_class_rule(const SceneFacts& facts) {
   const Scene& scene = facts.scene;
   Need need = if_some_primitive(facts, "no such surface", [&](const Primitive& primitive) {
-    return hit_class(scene.materials[primitive.material], &primitive) == of_class;
+    return shading_class(scene.materials[primitive.material], &primitive) == of_class;
   });
   for (const Shape& each : scene.shapes)
-    if (!need.on && hit_class(scene.materials[each.material], nullptr) == of_class)
+    if (!need.on && shading_class(scene.materials[each.material], nullptr) == of_class)
       need = {true, fmt::format("node '{}'", each.name)};
   return need;
 }
@@ -249,9 +249,9 @@ constexpr Rule kRules[] = {
        return {true, fmt::format("node '{}'", f.scene.shapes.front().name)};
      }},
     {Feature::instance, "every mesh is stored for each of its instances", [](const SceneFacts&) { return false; }},
-    {Feature::plain_hits, hit_class_rule<SHADING_LAMBERT>},
-    {Feature::opaque_hits, hit_class_rule<SHADING_OPAQUE>},
-    {Feature::clear_hits, hit_class_rule<SHADING_TRANSMISSIVE>},
+    {Feature::flat_lambert_hits, shading_class_rule<SHADING_FLAT_LAMBERT>},
+    {Feature::opaque_hits, shading_class_rule<SHADING_OPAQUE>},
+    {Feature::transmissive_hits, shading_class_rule<SHADING_TRANSMISSIVE>},
     {Feature::vertex_normal, "no mesh has normals", [](const Primitive& p) { return !p.normals_object.empty(); }},
     {Feature::uv, uv},
     {Feature::uv1, "no texture is placed by TEXCOORD_1",

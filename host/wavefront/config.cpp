@@ -78,9 +78,9 @@ WavefrontConfig configure(const DeviceInfo& device, const Execution& execution) 
 
 std::vector<std::string> class_stages(const WavefrontConfig& config, const Features& features) {
   std::vector<std::string> stages(SHADING_CLASS_COUNT);
-  if (features.has(Feature::plain_hits)) stages.at(SHADING_LAMBERT) = "shade_plain";
+  if (features.has(Feature::flat_lambert_hits)) stages.at(SHADING_FLAT_LAMBERT) = "shade_flat_lambert";
   if (features.has(Feature::opaque_hits)) stages.at(SHADING_OPAQUE) = "shade_opaque";
-  if (features.has(Feature::clear_hits)) stages.at(SHADING_TRANSMISSIVE) = "shade_clear";
+  if (features.has(Feature::transmissive_hits)) stages.at(SHADING_TRANSMISSIVE) = "shade_transmissive";
   const bool several = std::ranges::count(stages, "") < std::ptrdiff_t{SHADING_CLASS_COUNT} - 1;
   return !config.chunked && several ? stages : std::vector<std::string>{};
 }

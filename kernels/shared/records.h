@@ -8,7 +8,7 @@ EK_BEGIN
 #define EK_NO_HIT 0xffffffffu
 #define EK_FILM_LIMBS 4           // 32-bit limbs of a film sum: two's complement, unit 2^-64
 #define EK_PAD 112  // slots behind arrays that whole vectors may touch, and where hits
-                                  // wait (stages/hit_classes.h)
+                                  // wait (stages/hit_walk.h)
 #define EK_WORK_GROUP 64          // work-items of a work-group on GPU devices
 #define EK_FILM_PIXELS 64         // pixels of one work-item of stage `film` on CPU devices
 #define EK_ARITHMETIC_WORDS 256   // of the arithmetic probe
@@ -25,7 +25,7 @@ EK_BEGIN
 #define EK_TRIANGLE_GROUP_SHIFT 2    // six bits: light group of its emission
 #define EK_TRIANGLE_CLASS_SHIFT 8    // two bits: SHADING_*, the shading that it takes
 #define EK_TRIANGLE_LIGHT_SHIFT 10   // the rest: index of its light, if the light tree has it
-#define SHADING_LAMBERT 0u        // flat and exactly Lambert, without textures, colours or layers
+#define SHADING_FLAT_LAMBERT 0u   // exactly Lambert and the same all over: no textures, colours, shading normals or layers
 #define SHADING_OPAQUE 1u         // any other surface that transmits no light
 #define SHADING_TRANSMISSIVE 2u   // of the lobe `transmission`
 #define SHADING_CLASS_COUNT 3u

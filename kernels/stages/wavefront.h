@@ -73,7 +73,7 @@ EK_FN global uint* counts_of_depth(global uint* counts, uint depth) {
   return counts + 4 + EK_DEPTH_WORDS * (depth & (EK_COUNT_DEPTHS - 1u));
 }
 // 1 where the scene has surfaces of several shading classes, each of which has a queue (hit_queues.h).
-#define EK_HIT_QUEUES (EK_HAS_plain_hits + EK_HAS_opaque_hits + EK_HAS_clear_hits > 1)
+#define EK_HIT_QUEUES (EK_HAS_flat_lambert_hits + EK_HAS_opaque_hits + EK_HAS_transmissive_hits > 1)
 /// Clears the numbers of hits that stage sort_hits adds to.
 EK_FN void clear_hit_counts(global uint* counts, uint depth) {
   if (EK_HIT_QUEUES) *(global uint4*)(counts_of_depth(counts, depth) + EK_DEPTH_HITS) = (uint4)(0u);

@@ -226,7 +226,7 @@ EK_FN MaterialRecordLanes record_of_class(SceneData scene, MaterialRecordLanes r
   const uint lobe_bits = 0xffu, transmits = 1u << LOBE_transmission;
   if (shades_only(scene, SHADING_TRANSMISSIVE)) r.flags = (r.flags & ~lobe_bits) | transmits;
   if (shades_only(scene, SHADING_OPAQUE)) r.flags = r.flags & ~(transmits | EK_MATERIAL_SOLID);
-  if (shades_only(scene, SHADING_LAMBERT)) {
+  if (shades_only(scene, SHADING_FLAT_LAMBERT)) {
     r.flags = (r.flags & ~(lobe_bits | EK_MATERIAL_SOLID)) | 1u << LOBE_diffuse;
     r.base_color_texture = r.emissive_texture = r.metallic_roughness_texture = r.normal_texture = EK_NO_TEXTURE;
   }
@@ -241,7 +241,7 @@ EK_FN HitMaterial hit_material(SceneData scene, vu index, HitAttributes at, vi f
   HitMaterial hit = base_material(scene, load_material(scene.materials, index), at);
 #else
   HitMaterial hit = base_material(scene, record_of_class(scene, load_material(scene.materials, index)), at);
-  if (shades_only(scene, SHADING_LAMBERT)) return hit;
+  if (shades_only(scene, SHADING_FLAT_LAMBERT)) return hit;
 #endif
   if (EK_HAS_material_extension)
     add_extension(scene, load_material_extension(scene.material_extensions, index), at, &hit);

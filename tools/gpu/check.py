@@ -34,7 +34,7 @@ PROGRAMS = [
     ("lamps", "lamps", "--aov albedo,normal,depth,position,uv,direct,indirect,light_groups", "nvidia amd intel"),
 ]
 # A scene has `shade`, or, with surfaces of several classes, one for each class.
-KERNELS = ["generate", "intersect", "miss", "shade", "sort_hits", "shade_plain", "shade_opaque", "shade_clear", "compact", "shadow", "film"]
+KERNELS = ["generate", "intersect", "miss", "shade", "sort_hits", "shade_flat_lambert", "shade_opaque", "shade_transmissive", "compact", "shadow", "film"]
 
 # Of an SM: warps, blocks of a launch [CUDA C++ Programming Guide, compute capability 9.0].
 ARCHITECTURE, WARPS, BLOCKS, GROUP_WARPS = "sm_90", 64, 32, 2

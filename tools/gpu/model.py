@@ -28,7 +28,7 @@ BEGIN, END = "<!-- begin of what model.py prints -->\n", "<!-- end of what model
 SCENES = ("cornell", "window_room", "cornell_spheres")
 LAYOUTS = ("bvh2", "bvh4", "cwbvh")
 KINDS = ("camera", "diffuse", "shadow")
-CLASSES = ("shade_plain", "shade_opaque", "shade_clear")  # in place of `shade` where a scene has surfaces of several classes
+CLASSES = ("shade_flat_lambert", "shade_opaque", "shade_transmissive")  # in place of `shade` where a scene has surfaces of several classes
 
 
 @dataclasses.dataclass(frozen=True)
@@ -221,7 +221,7 @@ def count(eikon, scene, layouts=LAYOUTS):
         lines.append([scene, "alive", *(f"{share:.3g}" for share in alive)])
         lines.append([scene, "shadow", *(f"{rays:.3g}" for rays in shadow)])
         lines.append([scene, "environment", int("environment" in stats["features"].split())])
-        if len({"plain_hits", "opaque_hits", "clear_hits"} & set(stats["features"].split())) > 1:
+        if len({"flat_lambert_hits", "opaque_hits", "transmissive_hits"} & set(stats["features"].split())) > 1:
             stages = run(*render, 4, EIKON_LANES="1", EIKON_FAULT="device:0:gpu")["stages"]
             items = {stage["stage"]: stage["items"] for stage in stages}
             lines.append([scene, "classes", *(f"{items.get(kernel, 0) / items['intersect']:.3g}" for kernel in CLASSES)])
@@ -345,7 +345,7 @@ def main():
     options = parser.parse_args()
     if options.count:
         head = ["# Counted by model.py --count: shares of paths alive and shadow rays a vertex by depth (from the 16th on extrapolated), and steps",
-                "# and tests of a ray by layout and kind; shares of the vertices of each shading class: plain, opaque, clear."]
+                "# and tests of a ray by layout and kind; shares of the vertices of each shading class: flat_lambert, opaque, transmissive."]
         COUNTS.write_text("\n".join(head + [line for scene in SCENES for line in count(options.count, scene)]) + "\n")
     elif options.adopt:
         before, rest = PAGE.read_text().split(BEGIN)

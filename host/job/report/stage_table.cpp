@@ -19,20 +19,29 @@ std::string bytes_text(std::uint64_t bytes) {
   return fmt::format("{:.1f} MB", 1e-6 * double(bytes));
 }
 
+/// The width of the column of names.
+std::size_t name_width(const DeviceReport& device) {
+  std::size_t width = 10;
+  for (const auto& [name, totals] : device.stages) width = std::max(width, name.size());
+  return width;
+}
+
 void print_stage(const DeviceReport& device, const std::string& name) {
   const StageTotals& s = device.stages.at(name);
   const double launched_s = launched_seconds(device.stages, name), seconds = std::max(0.0, s.seconds);
   const std::string launches = s.launches > 0 ? std::to_string(s.launches) : "in paths";
-  fmt::print("  {:<10} {:>8} {:>13} {:>10.1f} {:>6.1f} {:>9.3f} {:>9.3f} {:>9.3f} {:>9} {:>10}\n", name, launches,
-             s.items > 0 ? std::to_string(s.items) : "", 1e3 * seconds, percent(seconds, device.busy_s),
-             1e3 * s.seconds_min, 1e3 * per_second(launched_s, double(s.launches + s.pieces)), 1e3 * s.seconds_max,
+  fmt::print("  {:<{}} {:>8} {:>13} {:>10.1f} {:>6.1f} {:>9.3f} {:>9.3f} {:>9.3f} {:>9} {:>10}\n", name,
+             name_width(device), launches, s.items > 0 ? std::to_string(s.items) : "", 1e3 * seconds,
+             percent(seconds, device.busy_s), 1e3 * s.seconds_min,
+             1e3 * per_second(launched_s, double(s.launches + s.pieces)), 1e3 * s.seconds_max,
              s.items > 0 ? fmt::format("{:.1f}", 1e-6 * per_second(double(s.items), launched_s)) : "",
              s.bytes > 0 ? bytes_text(s.bytes) : "");
 }
 
 void print_stages(const DeviceReport& device) {
-  fmt::print("  {:<10} {:>8} {:>13} {:>10} {:>6} {:>9} {:>9} {:>9} {:>9} {:>10}\n", "stage", "launches", "items", "ms",
-             "%", "ms min", "ms mean", "ms max", "Mitems/s", "bytes");
+  const std::size_t width = name_width(device);
+  fmt::print("  {:<{}} {:>8} {:>13} {:>10} {:>6} {:>9} {:>9} {:>9} {:>9} {:>10}\n", "stage", width, "launches", "items",
+             "ms", "%", "ms min", "ms mean", "ms max", "Mitems/s", "bytes");
   double in_stages = 0;
   for (const std::string& name : stage_order(device.stages)) {
     in_stages += device.stages.at(name).seconds;
@@ -42,10 +51,10 @@ void print_stages(const DeviceReport& device) {
   // waiting for the host.
   const double gaps_s = std::max(0.0, device.busy_s - in_stages);
   const StageTotals& gaps = device.gaps;
-  fmt::print("  {:<10} {:>8} {:>13} {:>10.1f} {:>6.1f} {:>9.3f} {:>9.3f} {:>9.3f}\n", "gaps", gaps.launches, "",
+  fmt::print("  {:<{}} {:>8} {:>13} {:>10.1f} {:>6.1f} {:>9.3f} {:>9.3f} {:>9.3f}\n", "gaps", width, gaps.launches, "",
              1e3 * gaps_s, percent(gaps_s, device.busy_s), 1e3 * gaps.seconds_min, 1e3 * gaps.seconds_mean(),
              1e3 * gaps.seconds_max);
-  fmt::print("  {:<10} {:>8} {:>13} {:>10.1f} {:>6.1f}\n", "all", "", "", 1e3 * device.busy_s, 100.0);
+  fmt::print("  {:<{}} {:>8} {:>13} {:>10.1f} {:>6.1f}\n", "all", width, "", "", 1e3 * device.busy_s, 100.0);
 }
 
 /// A column for each of the first bounces, and one for all the rest.

@@ -55,17 +55,17 @@ bool is_single_sided(const Material& material) {
   return !material.double_sided && lobe_of(material) != Lobe::transmission;
 }
 
-std::uint32_t hit_class(const Material& material, const Primitive* primitive) {
+std::uint32_t shading_class(const Material& material, const Primitive* primitive) {
   const Lobe lobe = lobe_of(material);
   if (lobe == Lobe::transmission) return SHADING_TRANSMISSIVE;
   const bool bare = material.clearcoat == 0 && material.sheen_color == glm::vec3(0) && textures_of(material).empty();
   const bool flat = primitive == nullptr || (primitive->normals_object.empty() && primitive->tangents_object.empty() &&
                                              primitive->colors.empty());
-  return lobe == Lobe::diffuse && bare && flat ? SHADING_LAMBERT : SHADING_OPAQUE;
+  return lobe == Lobe::diffuse && bare && flat ? SHADING_FLAT_LAMBERT : SHADING_OPAQUE;
 }
 
 std::uint32_t surface_flags(const Material& material, const Primitive* primitive) {
-  return hit_class(material, primitive) << EK_TRIANGLE_CLASS_SHIFT |
+  return shading_class(material, primitive) << EK_TRIANGLE_CLASS_SHIFT |
          (is_single_sided(material) ? EK_TRIANGLE_SINGLE_SIDED : 0);
 }
 

@@ -22,7 +22,7 @@ namespace eikon {
 
 /// The class SHADING_* (records.h) of a surface. Kernels for one class leave out what it says that no surface of the class has
 /// (record_of_class in kernels/surface/material.h). primitive: null for shapes
-[[nodiscard]] std::uint32_t hit_class(const Material& material, const Primitive* primitive);
+[[nodiscard]] std::uint32_t shading_class(const Material& material, const Primitive* primitive);
 
 /// The bits of a triangle's flags that depend on its material: the class, and EK_TRIANGLE_SINGLE_SIDED.
 [[nodiscard]] std::uint32_t surface_flags(const Material& material, const Primitive* primitive);

@@ -30,7 +30,7 @@ bool wants_guiding(const Features& features, const Settings& settings) {
   // Caustics of small lights are rare events, which a pilot of this size does not see: its tables then lead away from
   // them, and it cannot tell what that costs. Light paths bring those that they can find.
   const bool caustics = !features.has(Feature::light_paths) &&
-                        (features.has(Feature::clear_hits) || features.has(Feature::conductor)) &&
+                        (features.has(Feature::transmissive_hits) || features.has(Feature::conductor)) &&
                         (features.has(Feature::area) || features.has(Feature::point) || features.has(Feature::spot));
   return !caustics || settings.guiding == Guiding::on;
 }

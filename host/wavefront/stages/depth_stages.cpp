@@ -42,7 +42,8 @@ void DepthStages::launch(std::uint32_t count) {
     counters_.add_depth(depth, std::uint64_t{divide_up(left_, kWorkGroup)} * kWorkGroup);
     stages_.run("intersect", depth, paths_, left_);
     if (after_intersect) after_intersect(depth);
-    for (const char* stage : {"miss", "shade", "sort_hits", "shade_plain", "shade_opaque", "shade_clear", "compact"})
+    for (const char* stage :
+         {"miss", "shade", "sort_hits", "shade_flat_lambert", "shade_opaque", "shade_transmissive", "compact"})
       stages_.run(stage, depth, paths_, left_);
     if (depth == at.last) at.ticket = device_.read_later(counts_, at.counts.words().data(), at.counts.size_bytes());
     stages_.run("shadow", depth, paths_, left_);

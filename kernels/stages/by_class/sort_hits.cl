@@ -15,7 +15,7 @@ kernel void sort_hits(global uint* path_state, global uint* counts, global const
   barrier(CLK_LOCAL_MEM_FENCE);
   const uint slot = entry < count ? queue_rays[(depth & 1) * EK_CHUNK + entry] : 0u;
   const uint hit = entry < count ? path_state[FIELD_hit_triangle * EK_STRIDE + slot] : EK_NO_HIT;
-  const uint k = hit == EK_NO_HIT ? SHADING_CLASS_COUNT : class_of(triangles[hit].flags);
+  const uint k = hit == EK_NO_HIT ? SHADING_CLASS_COUNT : shading_class_of(triangles[hit].flags);
   const uint place = hit == EK_NO_HIT ? 0u : atomic_inc(&group_count[k]);
   barrier(CLK_LOCAL_MEM_FENCE);
   if (lane < SHADING_CLASS_COUNT) group_base[lane] = atomic_add(hit_counts(counts, depth) + lane, group_count[lane]);

@@ -29,8 +29,8 @@ typedef struct {
   TriangleLanes corners;
   Surface surface;
   vi front;        // mask: the front side was hit
-  vi is_lambert;   // mask: the surface is of class SHADING_LAMBERT
-  int detailed;    // 0: all live lanes hit class SHADING_LAMBERT, so attributes and shading normals change nothing
+  vi is_flat_lambert;  // mask: the surface is of class SHADING_FLAT_LAMBERT
+  int detailed;    // 0: all live lanes hit class SHADING_FLAT_LAMBERT, so attributes and shading normals change nothing
   HitAttributes attributes;
 #if EK_HAS_shape
   ShapePoint on_shape;
@@ -50,7 +50,7 @@ typedef struct {
 /// surface.
 typedef struct {
   vi live;         // mask of the lanes whose path may scatter here
-  vi is_lambert;
+  vi is_flat_lambert;
   int detailed;
   vi both_sides;   // mask: light from below the surface counts too
   vu path, key, index, triangle;

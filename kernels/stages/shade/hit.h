@@ -3,7 +3,7 @@
 // hit.
 #ifndef EK_SHADE_HIT_H
 #define EK_SHADE_HIT_H
-#include "stages/hit_classes.h"
+#include "stages/hit_walk.h"
 #include "stages/shade/context.h"
 #include "surface/instance_surface.h"
 #include "surface/motion.h"
@@ -39,11 +39,11 @@ EK_FN PathHit hit_load(const ShadeContext* c, uint slot, uint lanes) {
   hit.on_shape = shape_surface(c->scene, hit.corners, hit.u, hit.path.origin, dir, hit.t, &hit.surface);
 #endif
   hit.front = dot3(hit.surface.n_geom, dir) < 0.0f;
-  hit.is_lambert = class_of(hit.corners.flags) == SHADING_LAMBERT;
+  hit.is_flat_lambert = shading_class_of(hit.corners.flags) == SHADING_FLAT_LAMBERT;
 #if !EK_CHUNKED
-  if (c->scene.absent_classes != 0u) hit.is_lambert = shades_only(c->scene, SHADING_LAMBERT);
+  if (c->scene.absent_classes != 0u) hit.is_flat_lambert = shades_only(c->scene, SHADING_FLAT_LAMBERT);
 #endif
-  hit.detailed = (1 - EK_HAS_plain_hits) | EK_HAS_texcoord | (ANY(hit.live & !hit.is_lambert) != 0);
+  hit.detailed = (1 - EK_HAS_flat_lambert_hits) | EK_HAS_texcoord | (ANY(hit.live & !hit.is_flat_lambert) != 0);
 
   hit.attributes = no_attributes();
   // Of the attributes only normals and tangents move.
@@ -60,7 +60,7 @@ EK_FN PathHit hit_load(const ShadeContext* c, uint slot, uint lanes) {
 #endif
 #if !EK_CHUNKED
   // Attributes may still be wanted for a layer of the film, but they are none that turn a normal.
-  if (shades_only(c->scene, SHADING_LAMBERT)) hit.detailed = 0;
+  if (shades_only(c->scene, SHADING_FLAT_LAMBERT)) hit.detailed = 0;
 #endif
   return hit;
 }

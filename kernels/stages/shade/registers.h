@@ -41,7 +41,7 @@ EK_FN uint direct_light_last(const ShadeContext* c, DirectLight* direct, Shading
   point.light_ratio = point.sampled_ratio;
 #endif
   // Lambert's lobe computes nothing that both need. No path is so deep that depth >> 31 is not 0, but a compiler does not know that.
-  if ((EK_HAS_opaque_hits | EK_HAS_clear_hits) && !shades_only(c->scene, SHADING_LAMBERT)) forget_point(&point, c->depth >> 31);
+  if ((EK_HAS_opaque_hits | EK_HAS_transmissive_hits) && !shades_only(c->scene, SHADING_FLAT_LAMBERT)) forget_point(&point, c->depth >> 31);
   return direct_light_add(c, direct, &point, slot);
 }
 #endif

@@ -45,7 +45,7 @@ EK_FN ShadingPoint shading_point(const ShadeContext* c, const PathHit* hit, cons
                                  const MediumInterface* interface) {
   ShadingPoint point;
   point.live = hit->live;
-  point.is_lambert = hit->is_lambert;
+  point.is_flat_lambert = hit->is_flat_lambert;
   point.detailed = hit->detailed;
   point.path = hit->path.path;
   point.key = hit->path.key;
@@ -105,7 +105,7 @@ EK_FN vi is_on_geometric_side(v3 wi, vf cos_geom) {
 EK_FN vf shadow_terminator(const ShadingPoint* point, v3 wi, v3 wi_world) {
   const vf factor = terminator_factor(dot3(wi_world, point->n_geom), wi.z, dot3(point->n_geom, point->n_shade));
   const vf share = terminator_share(point->material);
-  return ((wi.z > 0.0f) & !point->is_lambert) ? (1.0f - share) + share * factor : (vf)(1.0f);
+  return ((wi.z > 0.0f) & !point->is_flat_lambert) ? (1.0f - share) + share * factor : (vf)(1.0f);
 }
 
 #endif

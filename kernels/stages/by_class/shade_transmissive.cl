@@ -2,4 +2,4 @@
 // Stage `shade` where surfaces are transmissive, on GPU devices, in scenes that have others too.
 #include "stages/by_class/shade_class.h"
 
-EK_SHADE_CLASS(shade_clear, SHADING_TRANSMISSIVE)
+EK_SHADE_CLASS(shade_transmissive, SHADING_TRANSMISSIVE)

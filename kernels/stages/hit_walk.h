@@ -4,14 +4,14 @@
 // classes (SHADING_*, records.h), paths wait until EK_WIDTH of a class have come together, and
 // paths that hit nothing are left out. This grouping changes no result, because each path is shaded
 // independently.
-#ifndef EK_HIT_CLASSES_H
-#define EK_HIT_CLASSES_H
+#ifndef EK_HIT_WALK_H
+#define EK_HIT_WALK_H
 #include "lanes/compact.h"
 #include "stages/wavefront.h"
 #include "surface/scene_data.h"
 
 // Bit k: the scene has surfaces of class k.
-#define EK_CLASSES_HERE (EK_HAS_plain_hits | EK_HAS_opaque_hits << 1 | EK_HAS_clear_hits << 2)
+#define EK_CLASSES_HERE (EK_HAS_flat_lambert_hits | EK_HAS_opaque_hits << 1 | EK_HAS_transmissive_hits << 2)
 #define EK_SPLITS (EK_CHUNKED && EK_WIDTH > 1 && (EK_CLASSES_HERE & (EK_CLASSES_HERE - 1)) != 0)
 
 /// A walk over this work-item's hits, as PathWalk is one over paths.
@@ -29,7 +29,7 @@ EK_FN HitWalk hit_walk(uint count) {
 }
 
 /// The shading class, one of SHADING_*, of triangles of these flags.
-EK_FN vu class_of(vu flags) { return (flags >> EK_TRIANGLE_CLASS_SHIFT) & 3u; }
+EK_FN vu shading_class_of(vu flags) { return (flags >> EK_TRIANGLE_CLASS_SHIFT) & 3u; }
 
 /// Paths of class k wait here: behind the chunk, and behind what vectors that are written at its
 /// end may touch, there is room for two vectors of each class.
@@ -46,7 +46,7 @@ EK_FN void hits_wait(HitWalk* walk, SceneData scene, global uint* state) {
   const uint slot = walk->paths.slot;
   const vu hit = state_vu(state, FIELD_hit_triangle, slot);
   const vi some = (LANE_INDEX < (vu)(walk->paths.lanes)) & (hit != EK_NO_HIT);
-  const vu classes = class_of(load_word_u(Triangle, scene.triangles, some ? hit : (vu)(0u), flags));
+  const vu classes = shading_class_of(load_word_u(Triangle, scene.triangles, some ? hit : (vu)(0u), flags));
   for (uint k = 0; k < SHADING_CLASS_COUNT; ++k) {
     if ((EK_CLASSES_HERE >> k & 1) == 0) continue;
     const Packing own = packing(some & (classes == k));
