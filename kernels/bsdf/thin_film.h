@@ -4,28 +4,40 @@
 // Modeling of Varying Iridescence"; in the form of KHR_materials_iridescence, "Theory,
 // Documentation and Implementations"]. Reflections within the film are summed up to the second
 // order. The spectrum of each order becomes a colour in closed form, by Gaussians fitted to the
-// sensitivities of the eye.
+// colour matching functions of the eye.
 #ifndef EK_THIN_FILM_H
 #define EK_THIN_FILM_H
 #include "bsdf/fresnel.h"
 #include "lanes/math.h"
 
-// One Gaussian's part of the XYZ of cos(2 pi path / lambda), relative to the integral of the
-// sensitivity [Belcour and Barla 2017, supplement]. path: metres; middle: mean of 1 / lambda, 1 / m; variance: half
-// of that of 1 / lambda, 1 / m^2. film_conductor_reflectance of thin_film_metal.h has the same numbers, and both must stay equal.
-EK_FN vf film_gauss(vf path, float weight, float middle, float variance) {
+// One of the Gaussians over 1 / lambda whose sums are the colour matching functions [Belcour and Barla 2017, supplement].
+typedef struct {
+  float weight;    // its share of the function's integral
+  float middle;    // mean of 1 / lambda, 1 / m
+  float variance;  // half of that of 1 / lambda, 1 / m^2
+} CieGaussian;
+
+// X is the sum of red and violet, Y is green, and Z is blue.
+constant CieGaussian cie_red = {0.846590002f, 1.6810e6f, 4.3278e9f}, cie_violet = {0.153868307f, 2.2399e6f, 4.5282e9f},
+                     cie_green = {1.00022189f, 1.7953e6f, 9.3046e9f}, cie_blue = {1.00112249f, 2.2084e6f, 6.6121e9f};
+
+// The mean of exp(2 pi i path / lambda) over a Gaussian, and its absolute value.
+typedef struct { vf re, im, size; } CieWave;
+
+// path: metres
+EK_FN CieWave cie_wave(vf path, CieGaussian gaussian) {
   // exp(-variance (2 pi path)^2) is written as a power of two; middle * path is in turns.
-  const vf phase = 2.0f * EK_PI * path;
+  const vf phase = 2.0f * EK_PI * path, size = exp2_f((-1.44269504f * gaussian.variance) * (phase * phase));
   vf s, c;
-  sincos_2pi(middle * path, &s, &c);
-  return weight * (c * exp2_f((-1.44269504f * variance) * (phase * phase)));
+  sincos_2pi(gaussian.middle * path, &s, &c);
+  const CieWave w = {size * c, size * s, size};
+  return w;
 }
 
-EK_FN vf film_x(vf path) {
-  return film_gauss(path, 0.846590002f, 1.6810e6f, 4.3278e9f) + film_gauss(path, 0.153868307f, 2.2399e6f, 4.5282e9f);
-}
-EK_FN vf film_y(vf path) { return film_gauss(path, 1.00022189f, 1.7953e6f, 9.3046e9f); }
-EK_FN vf film_z(vf path) { return film_gauss(path, 1.00112249f, 2.2084e6f, 6.6121e9f); }
+// XYZ of cos(2 pi path / lambda), each relative to the integral of its function.
+EK_FN vf cie_x(vf path) { return cie_red.weight * cie_wave(path, cie_red).re + cie_violet.weight * cie_wave(path, cie_violet).re; }
+EK_FN vf cie_y(vf path) { return cie_green.weight * cie_wave(path, cie_green).re; }
+EK_FN vf cie_z(vf path) { return cie_blue.weight * cie_wave(path, cie_blue).re; }
 
 /// Linear sRGB of XYZ [IEC 61966-2-1], divided by that of a flat spectrum, since a reflectance of
 /// (1, 1, 1) means a flat spectrum. (The formula of KHR_materials_iridescence omits the division,
@@ -108,7 +120,7 @@ EK_FN_ONCE v3 film_reflectance(ThinFilm film, v3 f0, vf cosine) {
   for (int m = 1; m <= 2; ++m) {
     order = mul3(order, mul3(step, sign));
     const vf far = (float)m * path;
-    sum = add3(sum, scale3(mul3(order, film_rgb(film_x(far), film_y(far), film_z(far))), (vf)(2.0f)));
+    sum = add3(sum, scale3(mul3(order, film_rgb(cie_x(far), cie_y(far), cie_z(far))), (vf)(2.0f)));
   }
   const v3 most = V3(film_most(film, f0.x), film_most(film, f0.y), film_most(film, f0.z));
   const v3 bound = schlick(most, (vf)(1.0f), weight);

@@ -74,11 +74,9 @@ EK_FN void film_echoes(FilmTop t, vf eta, vf k, FilmEchoChannel* across, FilmEch
 // order to d.
 typedef struct { vf re, im, step_re, step_im, shrink; } FilmWave;
 
-EK_FN FilmWave film_wave(vf path, float middle, float variance) {
-  const vf phase = 2.0f * EK_PI * path, d = exp2_f((-1.44269504f * variance) * (phase * phase));
-  vf s, c;
-  sincos_2pi(middle * path, &s, &c);
-  const FilmWave w = {(vf)(1.0f), (vf)(0.0f), d * c, d * s, d * d};
+EK_FN FilmWave film_wave(vf path, CieGaussian gaussian) {
+  const CieWave first = cie_wave(path, gaussian);
+  const FilmWave w = {(vf)(1.0f), (vf)(0.0f), first.re, first.im, first.size * first.size};
   return w;
 }
 
@@ -114,16 +112,15 @@ EK_FN_ONCE v3 film_conductor_reflectance(ThinFilm film, v3 eta, v3 k, vf cosine)
   const vf one = (vf)(1.0f), none = (vf)(0.0f), path = 2.0f * (film.thickness * top.g);
   v3 s_re = V3(one, one, one), s_im = V3(none, none, none), p_re = s_re, p_im = s_im;
   v3 absorbed = add3(s.absorbed, p.absorbed);
-  // These are the Gaussians of film_x, film_y and film_z (thin_film.h), with the same numbers; that of film_x has two parts.
-  FilmWave red = film_wave(path, 1.6810e6f, 4.3278e9f), violet = film_wave(path, 2.2399e6f, 4.5282e9f),
-           green = film_wave(path, 1.7953e6f, 9.3046e9f), blue = film_wave(path, 2.2084e6f, 6.6121e9f);
+  FilmWave red = film_wave(path, cie_red), violet = film_wave(path, cie_violet), green = film_wave(path, cie_green),
+           blue = film_wave(path, cie_blue);
   for (uint m = 1; m <= EK_FILM_METAL_ORDERS; ++m) {
     red = film_wave_next(red);
     violet = film_wave_next(violet);
     green = film_wave_next(green);
     blue = film_wave_next(blue);
-    const v3 re = film_rgb(0.846590002f * red.re + 0.153868307f * violet.re, 1.00022189f * green.re, 1.00112249f * blue.re),
-             im = film_rgb(0.846590002f * red.im + 0.153868307f * violet.im, 1.00022189f * green.im, 1.00112249f * blue.im);
+    const v3 re = film_rgb(cie_red.weight * red.re + cie_violet.weight * violet.re, cie_green.weight * green.re, cie_blue.weight * blue.re),
+             im = film_rgb(cie_red.weight * red.im + cie_violet.weight * violet.im, cie_green.weight * green.im, cie_blue.weight * blue.im);
     absorbed = add3(absorbed, add3(film_echo_order(s, &s_re, &s_im, re, im), film_echo_order(p, &p_re, &p_im, re, im)));
   }
   const v3 r = V3(one - 0.5f * absorbed.x, one - 0.5f * absorbed.y, one - 0.5f * absorbed.z);
