@@ -106,8 +106,8 @@ struct Material {
   float diffuse_transmission = 0.0F;   // KHR_materials_diffuse_transmission: share of the diffuse base that light passes
   glm::vec3 diffuse_transmission_color{1.0F};  // of what passes, [0, 1]
   float iridescence = 0.0F;            // KHR_materials_iridescence: share of the surface under a thin film
-  float film_index = 1.3F;             // of refraction, >= 1
-  float film_thickness_nm[2] = {100.0F, 400.0F};  // for 0 and 1 of its texture; without one the second
+  float thin_film_index = 1.3F;        // of refraction, >= 1
+  float thin_film_thickness_nm[2] = {100.0F, 400.0F};  // for 0 and 1 of its texture; without one the second
   float dispersion = 0.0F;             // KHR_materials_dispersion: 20 / Abbe number
   float anisotropy = 0.0F;             // KHR_materials_anisotropy: strength
   double anisotropy_rotation_rad = 0.0;  // from the tangent towards the bitangent
@@ -143,7 +143,7 @@ struct Material {
   std::optional<Texture> diffuse_transmission_texture{};        // A
   std::optional<Texture> diffuse_transmission_color_texture{};  // RGB, sRGB
   std::optional<Texture> iridescence_texture{};     // R
-  std::optional<Texture> film_thickness_texture{};  // G
+  std::optional<Texture> thin_film_thickness_texture{};  // G
   std::optional<Texture> anisotropy_texture{};       // R, G: direction; B: strength
 };
 

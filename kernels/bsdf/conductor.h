@@ -22,8 +22,8 @@ EK_FN v3 conductor_reflectance(MaterialLanes m, vf cosine) {
   const v3 bare = bare_reflectance(m, cosine);
 #if EK_HAS_iridescence
   if (ANY(m.iridescence > 0.0f)) {
-    const ThinFilm film = {m.film_index, m.film_thickness};
-    const v3 under = film_conductor_reflectance(film, m.own.conductor_eta, m.own.conductor_k, min_f(cosine, (vf)(1.0f)));
+    const ThinFilm film = {m.thin_film_index, m.thin_film_thickness};
+    const v3 under = thin_film_conductor_reflectance(film, m.own.conductor_eta, m.own.conductor_k, min_f(cosine, (vf)(1.0f)));
     const v3 both = add3(scale3(bare, 1.0f - m.iridescence), scale3(mul3(m.base_color, under), m.iridescence));
     return select3(m.iridescence > 0.0f, both, bare);
   }
@@ -33,15 +33,15 @@ EK_FN v3 conductor_reflectance(MaterialLanes m, vf cosine) {
 
 #if EK_HAS_energy_compensation
 // 2 times the integral of the reflectance over the cosine times the cosine, by Gaussian quadrature
-// over the squared cosine: three nodes, and EK_FILM_NODES under a film.
+// over the squared cosine: three nodes, and EK_THIN_FILM_NODES under a film.
 EK_FN v3 conductor_mean_reflectance(MaterialLanes m) {
   v3 mean = add3(scale3(add3(bare_reflectance(m, (vf)(0.335710687f)), bare_reflectance(m, (vf)(0.941965058f))), 5.0f / 18.0f),
                  scale3(bare_reflectance(m, (vf)(0.707106781f)), 8.0f / 18.0f));
 #if EK_HAS_iridescence
   if (ANY(m.iridescence > 0.0f)) {
     v3 under = V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f));
-    for (uint i = 0; i < EK_FILM_NODES; ++i)
-      under = add3(under, scale3(conductor_reflectance(m, (vf)(film_cosines[i])), (vf)(film_weights[i])));
+    for (uint i = 0; i < EK_THIN_FILM_NODES; ++i)
+      under = add3(under, scale3(conductor_reflectance(m, (vf)(thin_film_cosines[i])), (vf)(thin_film_weights[i])));
     mean = select3(m.iridescence > 0.0f, under, mean);
   }
 #endif

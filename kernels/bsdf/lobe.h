@@ -30,8 +30,8 @@ typedef struct {
   v3 sheen;            // colour of the fibres, [0, 1]
   vf sheen_roughness;  // [0, 1]
   vf iridescence;      // share of the surface under a thin film, [0, 1]
-  vf film_index;       // of the film over that of air
-  vf film_thickness;   // metres
+  vf thin_film_index;      // of the film over that of air
+  vf thin_film_thickness;  // metres
   LobeDetailLanes own;  // what one lobe alone needs (shared/lobe_parameters.def)
   global const float* measured;   // tables of all materials, the same for all lanes
   vu measured_table;              // word at which the lane's own table begins

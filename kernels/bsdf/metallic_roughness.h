@@ -26,9 +26,9 @@
 #if EK_HAS_iridescence
 /// Reflectance of a surface of which m.iridescence is under a film.
 /// plain  reflectance without the film at this angle;  f0  without the film at normal incidence
-EK_FN v3 with_film(MaterialLanes m, v3 plain, v3 f0, vf cosine) {
-  const ThinFilm film = {m.film_index, m.film_thickness};
-  const v3 f = film_reflectance(film, f0, cosine);
+EK_FN v3 with_thin_film(MaterialLanes m, v3 plain, v3 f0, vf cosine) {
+  const ThinFilm film = {m.thin_film_index, m.thin_film_thickness};
+  const v3 f = thin_film_reflectance(film, f0, cosine);
   return add3(scale3(plain, 1.0f - m.iridescence), scale3(f, m.iridescence));
 }
 #endif
@@ -40,7 +40,7 @@ EK_FN v3 surface_reflectance(MaterialLanes m, v3 f0, vf f90, vf share, vf cosine
 #if EK_HAS_iridescence
   if (!ANY(m.iridescence > 0.0f)) return plain;
   const vf all = max_f(share, (vf)(0x1p-20f));
-  const v3 under = with_film(m, scale3(plain, div_f(1.0f, all)), scale3(f0, div_f(1.0f, all)), cosine);
+  const v3 under = with_thin_film(m, scale3(plain, div_f(1.0f, all)), scale3(f0, div_f(1.0f, all)), cosine);
   return select3((m.iridescence > 0.0f) & (share > 0.0f), scale3(under, all), plain);
 #else
   (void)m;
@@ -117,8 +117,8 @@ EK_FN v3 metal_mean_reflectance(MaterialLanes m) {
   if (ANY(m.iridescence > 0.0f)) {
     const vf one = (vf)(1.0f);
     v3 mean = V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f));
-    for (uint i = 0; i < EK_FILM_NODES; ++i)
-      mean = add3(mean, scale3(surface_reflectance(m, m.base_color, one, one, (vf)(film_cosines[i])), (vf)(film_weights[i])));
+    for (uint i = 0; i < EK_THIN_FILM_NODES; ++i)
+      mean = add3(mean, scale3(surface_reflectance(m, m.base_color, one, one, (vf)(thin_film_cosines[i])), (vf)(thin_film_weights[i])));
     return select3(m.iridescence > 0.0f, mean, bare);
   }
 #endif
@@ -137,8 +137,8 @@ EK_FN SpecularOverDiffuse make_specular_over_diffuse(MaterialLanes m, v3 wo, v3 
   k.e_f0 = max_component(m.f0_dielectric);
   k.e_f90 = m.specular;
 #if EK_HAS_iridescence
-  const ThinFilm film = {m.film_index, m.film_thickness};
-  k.e_f0 = k.e_f0 + (film_most(film, k.e_f0) - k.e_f0) * m.iridescence;
+  const ThinFilm film = {m.thin_film_index, m.thin_film_thickness};
+  k.e_f0 = k.e_f0 + (thin_film_most_f0(film, k.e_f0) - k.e_f0) * m.iridescence;
   k.e_f90 = k.e_f90 + (1.0f - k.e_f90) * m.iridescence;
 #endif
   const GgxAlbedo o = specular_albedo(k, wo.z, k.length_o);

@@ -42,20 +42,20 @@ EK_FN vf cie_z(vf path) { return cie_blue.weight * cie_wave(path, cie_blue).re; 
 /// Linear sRGB of XYZ [IEC 61966-2-1], divided by that of a flat spectrum, since a reflectance of
 /// (1, 1, 1) means a flat spectrum. (The formula of KHR_materials_iridescence omits the division,
 /// so that a film of no thickness is pink there.)
-EK_FN v3 film_rgb(vf x, vf y, vf z) {
+EK_FN v3 thin_film_rgb(vf x, vf y, vf z) {
   return V3((3.2404542f * x - 1.5371385f * y - 0.4985314f * z) * 0.829621636f, (-0.9692660f * x + 1.8760108f * y + 0.0415560f * z) * 1.05449694f,
             (0.0556434f * x - 0.2040259f * y + 1.0572252f * z) * 1.09888944f);
 }
 
 // Reflectance at normal incidence of a boundary between indices of this ratio.
-EK_FN vf film_f0(vf ratio) {
+EK_FN vf thin_film_f0(vf ratio) {
   const vf r = div_f(ratio - 1.0f, ratio + 1.0f);
   return r * r;
 }
 
 // The relative index, at most 1e4, of a dielectric with this reflectance at normal incidence in
 // air.
-EK_FN vf film_base_index(vf f0) {
+EK_FN vf thin_film_base_index(vf f0) {
   const vf r = sqrt_f(min_f(max_f(f0, (vf)(0.0f)), (vf)(0.9996f)));
   return div_f(1.0f + r, 1.0f - r);
 }
@@ -66,32 +66,32 @@ typedef struct {
 } ThinFilm;
 
 /// Index of the film, which fades to that of air below a thickness of 0.03 nm.
-EK_FN vf film_index(ThinFilm film) {
+EK_FN vf thin_film_index(ThinFilm film) {
   const vf t = min_f(max_f(film.thickness * (1.0f / 0.03e-9f), (vf)(0.0f)), (vf)(1.0f));
   return 1.0f + (film.index - 1.0f) * ((t * t) * (3.0f - 2.0f * t));
 }
 
 // Gauss-Legendre nodes over the squared cosine, for 2 times the integral of f(cosine) cosine. Films
 // that still have colours show at most two fringes between the horizon and the normal.
-#define EK_FILM_NODES 5u
-constant float film_cosines[EK_FILM_NODES] = {0.216587343f, 0.480380417f, 0.707106781f, 0.877060235f, 0.976263245f};
-constant float film_weights[EK_FILM_NODES] = {0.118463443f, 0.239314335f, 0.284444444f, 0.239314335f, 0.118463443f};
+#define EK_THIN_FILM_NODES 5u
+constant float thin_film_cosines[EK_THIN_FILM_NODES] = {0.216587343f, 0.480380417f, 0.707106781f, 0.877060235f, 0.976263245f};
+constant float thin_film_weights[EK_THIN_FILM_NODES] = {0.118463443f, 0.239314335f, 0.284444444f, 0.239314335f, 0.118463443f};
 
 /// Upper bound over wavelengths of the reflectance at normal incidence of a base under the film.
 /// f0  reflectance of the base at normal incidence without the film
-EK_FN vf film_most(ThinFilm film, vf f0) {
-  const vf index = film_index(film);
-  const vf a = sqrt_f(film_f0(index)), b = sqrt_f(film_f0(div_f(film_base_index(f0), index)));
+EK_FN vf thin_film_most_f0(ThinFilm film, vf f0) {
+  const vf index = thin_film_index(film);
+  const vf a = sqrt_f(thin_film_f0(index)), b = sqrt_f(thin_film_f0(div_f(thin_film_base_index(f0), index)));
   const vf r = div_f(a + b, 1.0f + a * b);
   return r * r;
 }
 
-/// Reflectance, R, G and B, [0, 1]; never more than Schlick's law with film_most as f0, on which
+/// Reflectance, R, G and B, [0, 1]; never more than Schlick's law with thin_film_most_f0 as f0, on which
 /// the share of a diffuse base below relies.
 /// cosine  of the light with the normal, in air, [0, 1]
 /// f0      of the base without the film, R, G and B
-EK_FN_ONCE v3 film_reflectance(ThinFilm film, v3 f0, vf cosine) {
-  const vf index = film_index(film);
+EK_FN_ONCE v3 thin_film_reflectance(ThinFilm film, v3 f0, vf cosine) {
+  const vf index = thin_film_index(film);
   // Within the film; index >= 1, so there is no total reflection.
   const vf cos2 = 1.0f - div_f((1.0f - cosine) * (1.0f + cosine), index * index);
   const vf cos_film = sqrt_f(max_f(cos2, (vf)(0.0f)));
@@ -102,9 +102,9 @@ EK_FN_ONCE v3 film_reflectance(ThinFilm film, v3 f0, vf cosine) {
   const vf passes = 1.0f - top;
   const vf path = 2.0f * (index * film.thickness) * cos_film;
   // Reflectance of each channel's base as seen from the film.
-  const v3 base = V3(film_base_index(f0.x), film_base_index(f0.y), film_base_index(f0.z));
+  const v3 base = V3(thin_film_base_index(f0.x), thin_film_base_index(f0.y), thin_film_base_index(f0.z));
   const vf weight_film = schlick_weight(cos_film);
-  const v3 f0_film = V3(film_f0(div_f(base.x, index)), film_f0(div_f(base.y, index)), film_f0(div_f(base.z, index)));
+  const v3 f0_film = V3(thin_film_f0(div_f(base.x, index)), thin_film_f0(div_f(base.y, index)), thin_film_f0(div_f(base.z, index)));
   const v3 bottom = schlick(f0_film, (vf)(1.0f), weight_film);
   // Reflection within the film at its upper side shifts the phase by half a turn, and so does the
   // base where its index is lower than the film's: two half turns cancel.
@@ -120,9 +120,9 @@ EK_FN_ONCE v3 film_reflectance(ThinFilm film, v3 f0, vf cosine) {
   for (int m = 1; m <= 2; ++m) {
     order = mul3(order, mul3(step, sign));
     const vf far = (float)m * path;
-    sum = add3(sum, scale3(mul3(order, film_rgb(cie_x(far), cie_y(far), cie_z(far))), (vf)(2.0f)));
+    sum = add3(sum, scale3(mul3(order, thin_film_rgb(cie_x(far), cie_y(far), cie_z(far))), (vf)(2.0f)));
   }
-  const v3 most = V3(film_most(film, f0.x), film_most(film, f0.y), film_most(film, f0.z));
+  const v3 most = V3(thin_film_most_f0(film, f0.x), thin_film_most_f0(film, f0.y), thin_film_most_f0(film, f0.z));
   const v3 bound = schlick(most, (vf)(1.0f), weight);
   return V3(min_f(max_f(sum.x, none), bound.x), min_f(max_f(sum.y, none), bound.y), min_f(max_f(sum.z, none), bound.z));
 }

@@ -11,19 +11,19 @@
 #define EK_THIN_FILM_METAL_H
 #include "bsdf/thin_film.h"
 
-#define EK_FILM_METAL_ORDERS 8u
+#define EK_THIN_FILM_METAL_ORDERS 8u
 
 // A, and q without E, of one polarisation in R, G and B.
-typedef struct { v3 absorbed, re, im; } FilmEcho;
+typedef struct { v3 absorbed, re, im; } ThinFilmEcho;
 
 // The same of one channel.
-typedef struct { vf absorbed, re, im; } FilmEchoChannel;
+typedef struct { vf absorbed, re, im; } ThinFilmEchoChannel;
 
 // top, passes  r12 and 1 - R12;  re, im, kept  of r23, and 1 - R23
-EK_FN FilmEchoChannel film_echo(vf top, vf passes, vf re, vf im, vf kept) {
+EK_FN ThinFilmEchoChannel thin_film_echo(vf top, vf passes, vf re, vf im, vf kept) {
   // 1 - R12 R23 without a difference of nearly equal numbers.
   const vf under = max_f(passes + (top * top) * kept, (vf)(0x1p-60f));
-  FilmEchoChannel e = {div_f(passes * kept, under), -top * re, -top * im};
+  ThinFilmEchoChannel e = {div_f(passes * kept, under), -top * re, -top * im};
   return e;
 }
 
@@ -33,10 +33,10 @@ typedef struct {
   vf index2, cosine;  // square of its index; of the light in the air
   vf g;               // index times the cosine within the film
   vf top_across, passes_across, top_along, passes_along;
-} FilmTop;
+} ThinFilmTop;
 
-EK_FN FilmTop film_top(vf index, vf cosine) {
-  FilmTop t;
+EK_FN ThinFilmTop thin_film_top(vf index, vf cosine) {
+  ThinFilmTop t;
   t.index2 = index * index;
   t.cosine = cosine;
   const vf k = (index - 1.0f) * (index + 1.0f), tiny = (vf)(0x1p-30f);
@@ -50,7 +50,7 @@ EK_FN FilmTop film_top(vf index, vf cosine) {
 }
 
 // eta, k  of the metal in one channel; across, along: the two polarisations
-EK_FN void film_echoes(FilmTop t, vf eta, vf k, FilmEchoChannel* across, FilmEchoChannel* along) {
+EK_FN void thin_film_echoes(ThinFilmTop t, vf eta, vf k, ThinFilmEchoChannel* across, ThinFilmEchoChannel* along) {
   const vf s2 = (1.0f - t.cosine) * (1.0f + t.cosine);
   // a + i b = sqrt((eta + i k)^2 - sin^2), as in fresnel_conductor.
   const vf square = (eta - k) * (eta + k), difference = square - s2, twice = 2.0f * (eta * k);
@@ -60,68 +60,68 @@ EK_FN void film_echoes(FilmTop t, vf eta, vf k, FilmEchoChannel* across, FilmEch
   const vf a = sqrt_f(difference >= 0.0f ? half_more : smaller2), b = sqrt_f(difference >= 0.0f ? smaller2 : half_less);
   const vf tiny = (vf)(0x1p-100f);
   const vf under = div_f(1.0f, max_f((t.g + a) * (t.g + a) + b * b, tiny));
-  *across = film_echo(t.top_across, t.passes_across, ((t.g * t.g - b * b) - a * a) * under, -2.0f * (t.g * b) * under,
+  *across = thin_film_echo(t.top_across, t.passes_across, ((t.g * t.g - b * b) - a * a) * under, -2.0f * (t.g * b) * under,
                       4.0f * (t.g * a) * under);
   // Along: (U - V) / (U + V) with U = n^2 (a + i b) and V = g (eta + i k)^2.
   const vf ur = t.index2 * a, ui = t.index2 * b, vr = t.g * square, vi_ = t.g * twice;
   const vf under_along = div_f(1.0f, max_f((ur + vr) * (ur + vr) + (ui + vi_) * (ui + vi_), tiny));
-  *along = film_echo(t.top_along, t.passes_along, ((ur * ur + ui * ui) - (vr * vr + vi_ * vi_)) * under_along,
+  *along = thin_film_echo(t.top_along, t.passes_along, ((ur * ur + ui * ui) - (vr * vr + vi_ * vi_)) * under_along,
                      2.0f * (ui * vr - ur * vi_) * under_along, 4.0f * (t.index2 * t.g * (a * (sum + s2))) * under_along);
 }
 
 // exp(2 pi i m path / lambda) averaged over one of the Gaussians of thin_film.h, stepped from one
 // order m to the next: d^(m m) exp(2 pi i m middle path), where the Gaussian's width damps the first
 // order to d.
-typedef struct { vf re, im, step_re, step_im, shrink; } FilmWave;
+typedef struct { vf re, im, step_re, step_im, shrink; } ThinFilmWave;
 
-EK_FN FilmWave film_wave(vf path, CieGaussian gaussian) {
+EK_FN ThinFilmWave thin_film_wave(vf path, CieGaussian gaussian) {
   const CieWave first = cie_wave(path, gaussian);
-  const FilmWave w = {(vf)(1.0f), (vf)(0.0f), first.re, first.im, first.size * first.size};
+  const ThinFilmWave w = {(vf)(1.0f), (vf)(0.0f), first.re, first.im, first.size * first.size};
   return w;
 }
 
-EK_FN FilmWave film_wave_next(FilmWave w) {
-  const FilmWave next = {w.re * w.step_re - w.im * w.step_im, w.re * w.step_im + w.im * w.step_re, w.step_re * w.shrink,
+EK_FN ThinFilmWave thin_film_wave_next(ThinFilmWave w) {
+  const ThinFilmWave next = {w.re * w.step_re - w.im * w.step_im, w.re * w.step_im + w.im * w.step_re, w.step_re * w.shrink,
                          w.step_im * w.shrink, w.shrink};
   return next;
 }
 
 // 2 A Re q^m of one polarisation; power: q^(m - 1) before the call, q^m after it.
-EK_FN v3 film_echo_order(FilmEcho e, v3* power_re, v3* power_im, v3 wave_re, v3 wave_im) {
+EK_FN v3 thin_film_echo_order(ThinFilmEcho e, v3* power_re, v3* power_im, v3 wave_re, v3 wave_im) {
   const v3 re = sub3(mul3(*power_re, e.re), mul3(*power_im, e.im)), im = add3(mul3(*power_re, e.im), mul3(*power_im, e.re));
   *power_re = re;
   *power_im = im;
   return mul3(scale3(e.absorbed, (vf)(2.0f)), sub3(mul3(re, wave_re), mul3(im, wave_im)));
 }
 
-EK_FN FilmEcho film_echo3(FilmEchoChannel r, FilmEchoChannel g, FilmEchoChannel b) {
-  const FilmEcho e = {V3(r.absorbed, g.absorbed, b.absorbed), V3(r.re, g.re, b.re), V3(r.im, g.im, b.im)};
+EK_FN ThinFilmEcho thin_film_echo3(ThinFilmEchoChannel r, ThinFilmEchoChannel g, ThinFilmEchoChannel b) {
+  const ThinFilmEcho e = {V3(r.absorbed, g.absorbed, b.absorbed), V3(r.re, g.re, b.re), V3(r.im, g.im, b.im)};
   return e;
 }
 
 /// Reflectance, R, G and B, [0, 1].
 /// cosine  of the light with the normal, in air, [0, 1]
 /// eta, k  of the conductor, R, G and B, <= 2^14
-EK_FN_ONCE v3 film_conductor_reflectance(ThinFilm film, v3 eta, v3 k, vf cosine) {
-  const FilmTop top = film_top(film_index(film), cosine);
-  FilmEchoChannel across[3], along[3];
-  film_echoes(top, eta.x, k.x, &across[0], &along[0]);
-  film_echoes(top, eta.y, k.y, &across[1], &along[1]);
-  film_echoes(top, eta.z, k.z, &across[2], &along[2]);
-  const FilmEcho s = film_echo3(across[0], across[1], across[2]), p = film_echo3(along[0], along[1], along[2]);
+EK_FN_ONCE v3 thin_film_conductor_reflectance(ThinFilm film, v3 eta, v3 k, vf cosine) {
+  const ThinFilmTop top = thin_film_top(thin_film_index(film), cosine);
+  ThinFilmEchoChannel across[3], along[3];
+  thin_film_echoes(top, eta.x, k.x, &across[0], &along[0]);
+  thin_film_echoes(top, eta.y, k.y, &across[1], &along[1]);
+  thin_film_echoes(top, eta.z, k.z, &across[2], &along[2]);
+  const ThinFilmEcho s = thin_film_echo3(across[0], across[1], across[2]), p = thin_film_echo3(along[0], along[1], along[2]);
   const vf one = (vf)(1.0f), none = (vf)(0.0f), path = 2.0f * (film.thickness * top.g);
   v3 s_re = V3(one, one, one), s_im = V3(none, none, none), p_re = s_re, p_im = s_im;
   v3 absorbed = add3(s.absorbed, p.absorbed);
-  FilmWave red = film_wave(path, cie_red), violet = film_wave(path, cie_violet), green = film_wave(path, cie_green),
-           blue = film_wave(path, cie_blue);
-  for (uint m = 1; m <= EK_FILM_METAL_ORDERS; ++m) {
-    red = film_wave_next(red);
-    violet = film_wave_next(violet);
-    green = film_wave_next(green);
-    blue = film_wave_next(blue);
-    const v3 re = film_rgb(cie_red.weight * red.re + cie_violet.weight * violet.re, cie_green.weight * green.re, cie_blue.weight * blue.re),
-             im = film_rgb(cie_red.weight * red.im + cie_violet.weight * violet.im, cie_green.weight * green.im, cie_blue.weight * blue.im);
-    absorbed = add3(absorbed, add3(film_echo_order(s, &s_re, &s_im, re, im), film_echo_order(p, &p_re, &p_im, re, im)));
+  ThinFilmWave red = thin_film_wave(path, cie_red), violet = thin_film_wave(path, cie_violet), green = thin_film_wave(path, cie_green),
+           blue = thin_film_wave(path, cie_blue);
+  for (uint m = 1; m <= EK_THIN_FILM_METAL_ORDERS; ++m) {
+    red = thin_film_wave_next(red);
+    violet = thin_film_wave_next(violet);
+    green = thin_film_wave_next(green);
+    blue = thin_film_wave_next(blue);
+    const v3 re = thin_film_rgb(cie_red.weight * red.re + cie_violet.weight * violet.re, cie_green.weight * green.re, cie_blue.weight * blue.re),
+             im = thin_film_rgb(cie_red.weight * red.im + cie_violet.weight * violet.im, cie_green.weight * green.im, cie_blue.weight * blue.im);
+    absorbed = add3(absorbed, add3(thin_film_echo_order(s, &s_re, &s_im, re, im), thin_film_echo_order(p, &p_re, &p_im, re, im)));
   }
   const v3 r = V3(one - 0.5f * absorbed.x, one - 0.5f * absorbed.y, one - 0.5f * absorbed.z);
   return V3(min_f(max_f(r.x, none), one), min_f(max_f(r.y, none), one), min_f(max_f(r.z, none), one));

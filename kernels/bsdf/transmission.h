@@ -48,7 +48,7 @@ EK_FN v3 glass_reflectance(MaterialLanes m, vf cos_h) {
     const vi inside = m.solid & (m.eta < 1.0f);
     const vf cosine = inside ? sqrt_f(max_f(outside2, (vf)(0.0f))) : cos_h;
     const vf r = div_f(m.eta - 1.0f, m.eta + 1.0f), f0 = r * r;
-    const v3 under = with_film(m, f, select3(m.solid, V3(f0, f0, f0), m.f0_dielectric), min_f(max_f(cosine, (vf)(0.0f)), (vf)(1.0f)));
+    const v3 under = with_thin_film(m, f, select3(m.solid, V3(f0, f0, f0), m.f0_dielectric), min_f(max_f(cosine, (vf)(0.0f)), (vf)(1.0f)));
     f = select3(some & !(inside & (outside2 <= 0.0f)), under, f);
   }
 #endif
@@ -64,8 +64,8 @@ EK_FN vf filmy_glass_mean_reflectance(MaterialLanes m, Glass g) {
   vf mean = (vf)(0.0f);
 #if EK_HAS_iridescence
   m.eta = max_f(g.eta, div_f(1.0f, g.eta));
-  for (uint i = 0; i < EK_FILM_NODES; ++i)
-    mean = mean + film_weights[i] * mean_component(glass_reflectance(m, (vf)(film_cosines[i])));
+  for (uint i = 0; i < EK_THIN_FILM_NODES; ++i)
+    mean = mean + thin_film_weights[i] * mean_component(glass_reflectance(m, (vf)(thin_film_cosines[i])));
 #endif
   return mean;
 }

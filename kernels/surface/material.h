@@ -118,11 +118,11 @@ EK_FN void add_iridescence(SceneData scene, BaseDetailLanes r, HitAttributes at,
   vf share = r.iridescence, place = (vf)(1.0f);
   if (EK_HAS_iridescence_texture) {
     share = share * texture_or(scene, r.iridescence_texture, at, (vf)(1.0f)).x;
-    place = texture_or(scene, r.film_thickness_texture, at, (vf)(1.0f)).y;
+    place = texture_or(scene, r.thin_film_thickness_texture, at, (vf)(1.0f)).y;
   }
   m->iridescence = share;
-  m->film_index = r.film_index;
-  m->film_thickness = (r.film_least + (r.film_most - r.film_least) * place) * 1e-9f;
+  m->thin_film_index = r.thin_film_index;
+  m->thin_film_thickness = (r.thin_film_least_nm + (r.thin_film_most_nm - r.thin_film_least_nm) * place) * 1e-9f;
 }
 
 /// Adds KHR_materials_diffuse_transmission.
@@ -156,7 +156,7 @@ EK_FN HitMaterial base_material(SceneData scene, MaterialRecordLanes r, HitAttri
                               .specular = one,
                               .solid = (r.flags & EK_MATERIAL_SOLID) != 0u,
                               .clearcoat_normal = V3((vf)(0.0f), (vf)(0.0f), one),
-                              .film_index = one,
+                              .thin_film_index = one,
                               .measured = (global const float*)scene.texels},
                      .emission = r.emission,
                      .double_sided = (r.flags & EK_MATERIAL_DOUBLE_SIDED) != 0u,

@@ -335,18 +335,18 @@ PROBE(probe_fresnel_conductor) { OUT_F(0, fresnel_conductor(IN_F(0), IN_F(1), IN
 
 #if EK_HAS_iridescence
 // Inputs: index and thickness of a film, reflectance of its base, cosine.
-PROBE(probe_film_reflectance) {
+PROBE(probe_thin_film_reflectance) {
   const ThinFilm film = {IN_F(0), IN_F(1)};
-  const v3 f = film_reflectance(film, V3(IN_F(2), IN_F(2), IN_F(2)), IN_F(3));
+  const v3 f = thin_film_reflectance(film, V3(IN_F(2), IN_F(2), IN_F(2)), IN_F(3));
   OUT_F(0, f.x);
   OUT_F(1, f.y);
   OUT_F(2, f.z);
 }
 
 // Inputs: index and thickness of a film, eta and k of the conductor below, cosine.
-PROBE(probe_film_conductor) {
+PROBE(probe_thin_film_conductor) {
   const ThinFilm film = {IN_F(0), IN_F(1)};
-  OUT_3(0, film_conductor_reflectance(film, IN_3(2), IN_3(5), IN_F(8)));
+  OUT_3(0, thin_film_conductor_reflectance(film, IN_3(2), IN_3(5), IN_F(8)));
 }
 #endif
 

@@ -59,8 +59,9 @@ std::string describe_extensions(const Material& material) {
   if (material.dispersion > 0 && material.solid) text += fmt::format(", dispersion {:g}", material.dispersion);
   if (material.anisotropy > 0) text += fmt::format(", anisotropy {:g}", material.anisotropy);
   if (material.iridescence > 0)
-    text += fmt::format(", iridescence {:g} by a film of index {:g}, {:g} to {:g} nm", material.iridescence,
-                        material.film_index, material.film_thickness_nm[0], material.film_thickness_nm[1]);
+    text +=
+        fmt::format(", iridescence {:g} by a film of index {:g}, {:g} to {:g} nm", material.iridescence,
+                    material.thin_film_index, material.thin_film_thickness_nm[0], material.thin_film_thickness_nm[1]);
   if (material.lobe == Lobe::phong)
     text += fmt::format(", highlights {} of shininess {:g}", in_brackets(material.phong_specular),
                         material.phong_shininess);

@@ -65,16 +65,16 @@ void read_iridescence(const JsonView& extension, const Factors& factors, Materia
     return factors.clamped(number_of(&extension.value, key, otherwise), key, lo, hi);
   };
   material.iridescence = factors.unit(&extension.value, "iridescenceFactor", 0.0);
-  material.film_index = in_range("iridescenceIor", 1.3, 1.0, 1e3);
-  material.film_thickness_nm[0] = in_range("iridescenceThicknessMinimum", 100.0, 0.0, kThickest_nm);
-  material.film_thickness_nm[1] = in_range("iridescenceThicknessMaximum", 400.0, 0.0, kThickest_nm);
+  material.thin_film_index = in_range("iridescenceIor", 1.3, 1.0, 1e3);
+  material.thin_film_thickness_nm[0] = in_range("iridescenceThicknessMinimum", 100.0, 0.0, kThickest_nm);
+  material.thin_film_thickness_nm[1] = in_range("iridescenceThicknessMaximum", 400.0, 0.0, kThickest_nm);
 }
 
 void find_iridescence_textures(const JsonView& extension, TextureReader& textures, Material& material) {
   if (!(material.iridescence > 0)) return;
   material.iridescence_texture = textures.find(extension, "iridescenceTexture", false);
-  if (material.film_thickness_nm[0] != material.film_thickness_nm[1])
-    material.film_thickness_texture = textures.find(extension, "iridescenceThicknessTexture", false);
+  if (material.thin_film_thickness_nm[0] != material.thin_film_thickness_nm[1])
+    material.thin_film_thickness_texture = textures.find(extension, "iridescenceThicknessTexture", false);
 }
 
 void check_diffuse_transmission(const JsonView& extension, std::size_t texture_count) {

@@ -96,7 +96,7 @@ class MaterialPacker {
 
   MaterialDetail detail(const Material& m) {
     auto d = parameters_of<MaterialDetail>(m);
-    d.film_least = m.film_thickness_nm[0], d.film_most = m.film_thickness_nm[1];
+    d.thin_film_least_nm = m.thin_film_thickness_nm[0], d.thin_film_most_nm = m.thin_film_thickness_nm[1];
     d.anisotropy_cos = float(std::cos(m.anisotropy_rotation_rad));
     d.anisotropy_sin = float(std::sin(m.anisotropy_rotation_rad));
     // [KHR_materials_dispersion]: half the difference of the index between the Fraunhofer lines F

@@ -116,15 +116,15 @@ std::vector<Specimen> filmy_specimens(float roughness) {
 #include "shared/features.def"
   ProbeMaterial soap{.base_color = {1, 1, 1}, .roughness = roughness};
   soap.iridescence = 1;
-  soap.film_nm = 380;
+  soap.thin_film_nm = 380;
   ProbeMaterial steel = soap, bubble = soap, glass = soap, half = soap;
   steel.base_color = {0.6F, 0.55F, 0.5F};
   steel.metallic = 1;
-  steel.film_index = 2.2F;
+  steel.thin_film_index = 2.2F;
   bubble.transmission = 1;
   glass.transmission = 1;
   glass.solid = true;
-  glass.film_index = 1.8F;
+  glass.thin_film_index = 1.8F;
   half.metallic = 0.3F;
   half.transmission = 0.5F;
   half.iridescence = 0.6F;
@@ -132,7 +132,7 @@ std::vector<Specimen> filmy_specimens(float roughness) {
   copper.base_color = {1, 0.9F, 0.8F};
   copper.metallic = 1;
   copper.transmission = 0;
-  copper.film_index = 1.7F;
+  copper.thin_film_index = 1.7F;
   copper.eta = {0.216561F, 0.958162F, 1.165808F};
   copper.k = {3.637741F, 2.577065F, 2.393857F};
   return {{"white under soap", metallic_roughness, soap},
@@ -229,9 +229,9 @@ MaterialDetail detail_of(const Specimen& s) {
   d.conductor_eta_g = s.material.eta[1];
   d.conductor_eta_b = s.material.eta[2];
   d.iridescence = s.material.iridescence;
-  d.film_index = s.material.film_index;
-  d.film_least = d.film_most = s.material.film_nm;
-  d.iridescence_texture = d.film_thickness_texture = EK_NO_TEXTURE;
+  d.thin_film_index = s.material.thin_film_index;
+  d.thin_film_least_nm = d.thin_film_most_nm = s.material.thin_film_nm;
+  d.iridescence_texture = d.thin_film_thickness_texture = EK_NO_TEXTURE;
   d.conductor_k_r = s.material.k[0];
   d.conductor_k_g = s.material.k[1];
   d.conductor_k_b = s.material.k[2];
@@ -257,7 +257,7 @@ std::vector<Specimen> specimens(float roughness) {
   return all;
 }
 
-Probe film_probe() {
+Probe thin_film_probe() {
   Probe probe("bsdf");
 #define EK_LOBE(name, bit) probe.define("EK_HAS_" #name, "0");
 #define EK_LIGHT(name, bit) probe.define("EK_HAS_" #name, "0");

@@ -49,7 +49,7 @@ struct ProbeMaterial {
   float diffuse_transmission = 0;
   std::array<float, 3> diffuse_transmission_color = {1, 1, 1};
   std::array<float, 3> eta = {1, 1, 1}, k = {0, 0, 0};
-  float iridescence = 0, film_index = 1.3F, film_nm = 0;
+  float iridescence = 0, thin_film_index = 1.3F, thin_film_nm = 0;
 };
 
 /// A material of one lobe, of which a surface is hit.
@@ -103,6 +103,6 @@ std::vector<Words> scatter(const std::vector<MaterialRecord>& materials,
                            bool compensated = false, const std::vector<std::string>& without = {});
 
 /// Of the kernels that ask about thin films alone: a program of little else, which compiles in a tenth of the time.
-Probe film_probe();
+Probe thin_film_probe();
 
 }  // namespace eikon::test

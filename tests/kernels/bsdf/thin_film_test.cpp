@@ -23,7 +23,7 @@ std::vector<std::array<double, 3>> film(const std::vector<std::pair<Film, double
     in[2].push_back(as_word(float(r * r)));
     in[3].push_back(as_word(float(cosine)));
   }
-  const auto out = film_probe().run("probe_film_reflectance", in, 3);
+  const auto out = thin_film_probe().run("probe_thin_film_reflectance", in, 3);
   std::vector<std::array<double, 3>> all;
   for (std::size_t i = 0; i < queries.size(); ++i)
     all.push_back({as_float(out[0][i]), as_float(out[1][i]), as_float(out[2][i])});
@@ -162,7 +162,7 @@ std::vector<std::array<double, 3>> metal_film(const std::vector<MetalFilm>& quer
     }
     in[8].push_back(as_word(float(q.cosine)));
   }
-  const auto out = film_probe().run("probe_film_conductor", in, 3);
+  const auto out = thin_film_probe().run("probe_thin_film_conductor", in, 3);
   std::vector<std::array<double, 3>> all;
   for (std::size_t i = 0; i < queries.size(); ++i)
     all.push_back({as_float(out[0][i]), as_float(out[1][i]), as_float(out[2][i])});

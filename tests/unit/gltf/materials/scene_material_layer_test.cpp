@@ -190,16 +190,16 @@ TEST(SceneMaterials, thin_films_are_read_in_their_units_and_held_to_their_range)
   builder.material()["extensions"] = {{"KHR_materials_iridescence", {{"iridescenceFactor", 1}}}};
   const eikon::Material plain = builder.load().materials.at(0);
   EXPECT_EQ(plain.iridescence, 1);
-  EXPECT_EQ(plain.film_index, 1.3F);
-  EXPECT_EQ(plain.film_thickness_nm[0], 100);
-  EXPECT_EQ(plain.film_thickness_nm[1], 400);
+  EXPECT_EQ(plain.thin_film_index, 1.3F);
+  EXPECT_EQ(plain.thin_film_thickness_nm[0], 100);
+  EXPECT_EQ(plain.thin_film_thickness_nm[1], 400);
   builder.material()["extensions"] = {
       {"KHR_materials_iridescence",
        {{"iridescenceFactor", 2}, {"iridescenceIor", 0.5}, {"iridescenceThicknessMaximum", -3}}}};
   const Scene scene = builder.load();
   EXPECT_EQ(scene.materials.at(0).iridescence, 1);
-  EXPECT_EQ(scene.materials.at(0).film_index, 1);
-  EXPECT_EQ(scene.materials.at(0).film_thickness_nm[1], 0);
+  EXPECT_EQ(scene.materials.at(0).thin_film_index, 1);
+  EXPECT_EQ(scene.materials.at(0).thin_film_thickness_nm[1], 0);
   EXPECT_EQ(scene.out_of_range.size(), 3U);
   builder.material()["extensions"]["KHR_materials_iridescence"] = {{"iridescenceIor", "thick"}};
   EXPECT_TRUE(mentions(message_of([&] { builder.load(); }), "iridescenceIor"));

@@ -10,8 +10,8 @@ namespace {
 
 ProbeMaterial filmy(ProbeMaterial material, float index, float nm) {
   material.iridescence = 1;
-  material.film_index = index;
-  material.film_nm = nm;
+  material.thin_film_index = index;
+  material.thin_film_nm = nm;
   return material;
 }
 ProbeMaterial conductor(std::array<float, 3> eta, std::array<float, 3> k) {
@@ -77,7 +77,7 @@ void expect_as_bright_as_its_surroundings(const std::vector<Specimen>& all, cons
           << " degrees, channel " << c;
 }
 
-TEST(FilmEnergy, M4_white_metal_under_a_film_cannot_be_seen_in_the_white_furnace) {
+TEST(ThinFilmEnergy, M4_white_metal_under_a_film_cannot_be_seen_in_the_white_furnace) {
   for (const float roughness : {0.35F, 1.0F})
     for (const double angle : {0.0, 75.0})
       expect_as_bright_as_its_surroundings(films(roughness), {kWhite, kPerfect}, angle, 0.005);
@@ -88,24 +88,24 @@ std::vector<Words> film_of(const Specimen& s, const std::vector<float>& cosines)
   const auto all = [&](float x) { return as_words(std::vector<float>(cosines.size(), x)); };
   const ProbeMaterial& material = s.material;
   if (s.lobe == kLobe_conductor)
-    return film_probe().run(
-        "probe_film_conductor",
-        {all(material.film_index), all(material.film_nm * 1e-9F), all(material.eta[0]), all(material.eta[1]),
+    return thin_film_probe().run(
+        "probe_thin_film_conductor",
+        {all(material.thin_film_index), all(material.thin_film_nm * 1e-9F), all(material.eta[0]), all(material.eta[1]),
          all(material.eta[2]), all(material.k[0]), all(material.k[1]), all(material.k[2]), as_words(cosines)},
         3);
   std::vector<Words> rgb;
   for (std::size_t c = 0; c < 3; ++c)
-    rgb.push_back(film_probe().run(
-        "probe_film_reflectance",
-        {all(material.film_index), all(material.film_nm * 1e-9F), all(material.base_color[c]), as_words(cosines)},
-        3)[c]);
+    rgb.push_back(thin_film_probe().run("probe_thin_film_reflectance",
+                                        {all(material.thin_film_index), all(material.thin_film_nm * 1e-9F),
+                                         all(material.base_color[c]), as_words(cosines)},
+                                        3)[c]);
   return rgb;
 }
 
 // Seen along the normal at alpha 1, where D = 1 / pi and 4 cos_i G2 / (4 cos_o cos_i) = 2 cos_i / (1 + cos_i) [Heitz 2014, eq. 99 with
 // both lengths 1]: what is left of f beyond single scattering, over all directions of the light, against Kulla and Conty's series. Each
 // further reflection is by the mean reflectance of the film on its metal; 1 - .4091 of light is lost at a time (M3).
-TEST(FilmEnergy, light_that_meets_a_film_more_than_once_is_reflected_by_its_mean_each_time) {
+TEST(ThinFilmEnergy, light_that_meets_a_film_more_than_once_is_reflected_by_its_mean_each_time) {
   constexpr int kSteps = 1000;
   std::vector<float> even, halves;  // cosines; the even ones of equal shares of the cosine-weighted hemisphere
   Queries q;
@@ -145,7 +145,7 @@ TEST(FilmEnergy, light_that_meets_a_film_more_than_once_is_reflected_by_its_mean
 
 // What glass loses is tabled for bare glass: with r and t lost of what is reflected and what passes, r <= .7 (M3), t >= 0, a film that
 // changes the reflectance by at most d changes the loss by at most .7 d; and bare glass is within .01.
-TEST(FilmEnergy, M4_a_coated_lens_is_as_bright_as_its_surroundings_but_for_what_the_film_changes) {
+TEST(ThinFilmEnergy, M4_a_coated_lens_is_as_bright_as_its_surroundings_but_for_what_the_film_changes) {
   const double d = 0.03;  // of bare glass at normal incidence .04, of a quarter wave of 1.38 below .02
   for (const float roughness : {0.35F, 1.0F}) {
     for (const double angle : {0.0, 30.0})
