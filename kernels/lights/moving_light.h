@@ -22,7 +22,7 @@ EK_FN LightSample moved_light_sample(SceneData scene, LightSample s, vf time) {
   s.p = select3(span.moves, p, s.p);
   s.p_error = select3(span.moves, p_error, s.p_error);
   // The normal of hits, so that both densities agree.
-  s.n = select3(span.moves, placed_triangle_normal(t.p0, t.p1, t.p2), s.n);
+  s.n = select3(span.moves, accurate_triangle_normal(t.p0, t.p1, t.p2), s.n);
   // A triangle without area at this time is not sampled.
   s.pdf = span.moves ? (area_ratio < EK_INFINITY ? s.pdf * area_ratio : (vf)(0.0f)) : s.pdf;
   return s;

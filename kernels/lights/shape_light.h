@@ -162,7 +162,7 @@ EK_FN_ONCE LightSample shape_light_sample(SceneData scene, LightSample sample, v
   const ShapeView view = shape_view(shape.own, shape.world, p);
   const ShapeChoice choice = shape_choose(view, sample.u, sample.v);
   const ShapePoint point = shape_point(shape.own, choice.p, choice.part, shape.slack);
-  const Surface surface = shape_placed(shape.own, shape.world, point);
+  const Surface surface = shape_world_surface(shape.own, shape.world, point);
   const vf pdf = shape_density(view, point, choice.part) * own_sr_per_sr(shape.own, normalize3(sub3(surface.p, p)));
   sample.pdf = is_shape ? sample.pdf * pdf : sample.pdf;
 #if EK_HAS_light_paths
@@ -181,7 +181,7 @@ EK_FN_ONCE LightSample shape_light_start(SceneData scene, LightSample sample) {
   const ShapeChoice choice = shape_choose(view, sample.u, sample.v);
   const ShapePoint point = shape_point(shape.own, choice.p, choice.part, shape.slack);
   sample.pdf_of_point = sample.is_shape ? shape_pdf_m2(view, point, choice.part) : (vf)(1.0f);
-  return shape_sample_at(sample, point, shape_placed(shape.own, shape.world, point));
+  return shape_sample_at(sample, point, shape_world_surface(shape.own, shape.world, point));
 }
 #endif
 

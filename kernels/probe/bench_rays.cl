@@ -86,7 +86,7 @@ EK_FN BenchHit bench_hit(SceneData scene, ScatterTables tables, uint i) {
   TriangleLanes corners = load_triangle(scene.triangles, hit.live ? triangle : (vu)(0u));
 #if EK_HAS_instance
   const vu instance = load_u((global const uint*)row + 4 * stride);
-  corners = placed_triangle(hit_place(scene, hit.live ? instance : (vu)(0u)), corners);
+  corners = instance_triangle(hit_instance(scene, hit.live ? instance : (vu)(0u)), corners);
 #endif
   const vf t = load_f(row), u = load_f(row + stride), v = load_f(row + 2 * stride);
   Surface surface = surface_at(corners, u, v, scale3(dir, t));

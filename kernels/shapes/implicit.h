@@ -15,9 +15,9 @@
 #define EK_FOR_EACH_FORMULA(k, formula) for (uint k = 0; k < EK_FORMULA_COUNT; ++k)
 #endif
 
-EK_FN ImplicitRay implicit_own_ray(ShapeLanes s, ShapeWorldLanes place, v3 o, v3 d) {
+EK_FN ImplicitRay implicit_own_ray(ShapeLanes s, ShapeWorldLanes world, v3 o, v3 d) {
   const v3 extent = V3(s.a, s.b, s.c);
-  return implicit_ray(add3(o, place.middle), d, sub3(place.middle, extent), add3(place.middle, extent));
+  return implicit_ray(add3(o, world.middle), d, sub3(world.middle, extent), add3(world.middle, extent));
 }
 
 // A search for where the ray o + z d, in the shape's own space, first meets f = 0 with z > 0, in
@@ -34,10 +34,10 @@ typedef struct {
 /// the clipped ray, from which the point is found again without the error of z. gave_up: set to the
 /// z at which a search was given up
 EK_FN ShapeRoot implicit_shape_root(SceneData scene, ShapeLanes s, const ImplicitSearch* search, ShapeRoot root, vf* gave_up) {
-  const ShapeWorldLanes place = load_shape_world(scene.shapes, search->shape);
-  const ImplicitRay ray = implicit_own_ray(s, place, search->o, search->d);
-  EK_FOR_EACH_FORMULA(k, place.formula) {
-    const vi mine = search->lanes & (place.formula == (vu)(k));
+  const ShapeWorldLanes world = load_shape_world(scene.shapes, search->shape);
+  const ImplicitRay ray = implicit_own_ray(s, world, search->o, search->d);
+  EK_FOR_EACH_FORMULA(k, world.formula) {
+    const vi mine = search->lanes & (world.formula == (vu)(k));
     if (!ANY(mine)) continue;
     const ImplicitRoot found = implicit_root(k, ray, mine, search->culls, div_f(search->until, ray.per_length) - ray.begin);
     const vf z = (ray.begin + found.s) * ray.per_length;
@@ -52,21 +52,21 @@ EK_FN ShapeRoot implicit_shape_root(SceneData scene, ShapeLanes s, const Implici
 
 /// The point of root `part` of the ray origin + t dir, as ShapePoint has it.
 // The ray is the one that was searched: shape_hit divides directions by their longest component.
-EK_FN ShapePoint implicit_shape_point(ShapeLanes s, ShapeWorldLanes place, vi live, v3 origin, v3 dir, vf part, ShapePoint point) {
+EK_FN ShapePoint implicit_shape_point(ShapeLanes s, ShapeWorldLanes world, vi live, v3 origin, v3 dir, vf part, ShapePoint point) {
   const vf longest = max_component(abs3(dir));
   const v3 o = shape_vector(s, sub3(origin, s.center));
-  const ImplicitRay ray = implicit_own_ray(s, place, o, shape_vector(s, V3(div_f(dir.x, longest), div_f(dir.y, longest), div_f(dir.z, longest))));
+  const ImplicitRay ray = implicit_own_ray(s, world, o, shape_vector(s, V3(div_f(dir.x, longest), div_f(dir.y, longest), div_f(dir.z, longest))));
   // To the world and back: two products of matrices, as in shape_surface, and the rounding of a
-  // place in the world.
+  // point in the world.
   const v3 extent = V3(s.a, s.b, s.c), center = abs3(s.center);
-  const v3 size = V3(dot3(abs3(place.x), extent), dot3(abs3(place.y), extent), dot3(abs3(place.z), extent));
+  const v3 size = V3(dot3(abs3(world.x), extent), dot3(abs3(world.y), extent), dot3(abs3(world.z), extent));
   const v3 moved = add3(scale3(size, (vf)(0x1p-20f)), scale3(center, (vf)(0x1p-23f)));
   const vf noise = max_f(max_f(dot3(abs3(s.x), moved), dot3(abs3(s.y), moved)), dot3(abs3(s.z), moved)) + ray.reach * 0x1p-23f;
-  EK_FOR_EACH_FORMULA(k, place.formula) {
-    const vi mine = live & (place.formula == (vu)(k));
+  EK_FOR_EACH_FORMULA(k, world.formula) {
+    const vi mine = live & (world.formula == (vu)(k));
     if (!ANY(mine)) continue;
     const ImplicitPoint at = implicit_point(k, ray, mine, part, noise);
-    point.p = select3(mine, sub3(at.p, place.middle), point.p);
+    point.p = select3(mine, sub3(at.p, world.middle), point.p);
     point.out = select3(mine, at.n, point.out);
     point.clearance = mine ? at.error : point.clearance;
   }

@@ -21,7 +21,7 @@ EK_FN v3 shape_slack(ShapeLanes s, ShapeWorldLanes world, v3 own) {
 // Let L be the matrix, W its inverse, g the gradient and u = 2^-24. The height that the test
 // computes is off by at most 16 u |g| |L| |W| |p| (a count by kind gave factors from 9 to 15), and
 // a metre along the normal is a height of |L^T g|. The last sum in world space rounds by u |p|.
-EK_FN Surface shape_placed(ShapeLanes s, ShapeWorldLanes world, ShapePoint point) {
+EK_FN Surface shape_world_surface(ShapeLanes s, ShapeWorldLanes world, ShapePoint point) {
   const v3 from_center = V3(dot3(world.x, point.p), dot3(world.y, point.p), dot3(world.z, point.p));
   const v3 own = abs3(point.p), out = abs3(point.out);
   const v3 size = V3(dot3(abs3(world.x), own), dot3(abs3(world.y), own), dot3(abs3(world.z), own));
@@ -57,10 +57,10 @@ EK_FN ShapePoint shape_surface(SceneData scene, TriangleLanes corners, vf part, 
 #else
   const ShapePoint point = shape_point(s, near, part, slack);
 #endif
-  const Surface placed = shape_placed(s, world, point);
-  surface->p = select3(is_shape, placed.p, surface->p);
-  surface->p_error = select3(is_shape, placed.p_error, surface->p_error);
-  surface->n_geom = select3(is_shape, placed.n_geom, surface->n_geom);
+  const Surface of_shape = shape_world_surface(s, world, point);
+  surface->p = select3(is_shape, of_shape.p, surface->p);
+  surface->p_error = select3(is_shape, of_shape.p_error, surface->p_error);
+  surface->n_geom = select3(is_shape, of_shape.n_geom, surface->n_geom);
   return point;
 }
 

@@ -5,8 +5,8 @@
 #include "lanes/record_lanes.h"
 #include "surface/instance.h"
 
-EK_FN Placing instance_placing(InstanceMatrixLanes m) {
-  const Placing to_world = {m.m_x, m.m_y, m.m_z, V3(m.t_x, m.t_y, m.t_z)};
+EK_FN InstanceTransform instance_transform(InstanceMatrixLanes m) {
+  const InstanceTransform to_world = {m.m_x, m.m_y, m.m_z, V3(m.t_x, m.t_y, m.t_z)};
   return to_world;
 }
 

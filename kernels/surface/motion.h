@@ -79,7 +79,7 @@ EK_FN vu resting_triangle(PoseSpan span, vu triangle) { return span.moves ? (vu)
 EK_FN TriangleLanes moved_triangle(SceneData scene, PoseSpan span, TriangleLanes t) {
   vf area_ratio;
   t = moved_corners(scene, span, t, &area_ratio);
-  t.n = select3(span.moves, placed_triangle_normal(t.p0, t.p1, t.p2), t.n);
+  t.n = select3(span.moves, accurate_triangle_normal(t.p0, t.p1, t.p2), t.n);
   t.light_pdf_m2 = t.light_pdf_m2 * area_ratio;
   return t;
 }

@@ -195,11 +195,11 @@ EK_FN int try_triangle(Geometry geometry, const RayOne* given, uint triangle, co
   corners.cx = p[6 + x]; corners.cy = p[6 + y]; corners.cz = p[6 + z];
   const uint instance = ray_instance(ray);
   if (EK_HAS_instance && instance != 0u) {
-#define PLACED_CORNER(axis, at) placed_corner(geometry.scene.instances, instance, axis, p[at], p[at + 1], p[at + 2])
-    corners.ax = PLACED_CORNER(x, 0); corners.ay = PLACED_CORNER(y, 0); corners.az = PLACED_CORNER(z, 0);
-    corners.bx = PLACED_CORNER(x, 3); corners.by = PLACED_CORNER(y, 3); corners.bz = PLACED_CORNER(z, 3);
-    corners.cx = PLACED_CORNER(x, 6); corners.cy = PLACED_CORNER(y, 6); corners.cz = PLACED_CORNER(z, 6);
-#undef PLACED_CORNER
+#define INSTANCE_CORNER(axis, at) instance_corner(geometry.scene.instances, instance, axis, p[at], p[at + 1], p[at + 2])
+    corners.ax = INSTANCE_CORNER(x, 0); corners.ay = INSTANCE_CORNER(y, 0); corners.az = INSTANCE_CORNER(z, 0);
+    corners.bx = INSTANCE_CORNER(x, 3); corners.by = INSTANCE_CORNER(y, 3); corners.bz = INSTANCE_CORNER(z, 3);
+    corners.cx = INSTANCE_CORNER(x, 6); corners.cy = INSTANCE_CORNER(y, 6); corners.cz = INSTANCE_CORNER(z, 6);
+#undef INSTANCE_CORNER
   }
 #if EK_HAS_moving_surface
   const uint pose = EK_OVER_TIME(geometry) | EK_LAYOUT_none ? geometry.scene.motion[geometry.scene.motion[1] + triangle] : 0u;

@@ -31,7 +31,7 @@ EK_FN int is_instance_child(uint child) { return (child & INSTANCE_CHILD) == INS
 
 // The numbers of an instance that a ray enters it by.
 typedef struct {
-  Placing to_world;
+  InstanceTransform to_world;
   v3 middle;
   v3 ix, iy, iz;  // rows of the inverse
   v3 extent;
@@ -39,7 +39,7 @@ typedef struct {
 } EntryLanes;
 
 EK_FN EntryLanes entry_of(InstanceMatrixLanes m, InstanceInverseLanes r) {
-  const EntryLanes e = {instance_placing(m), m.middle, r.i_x, r.i_y, r.i_z, r.extent, r.error};
+  const EntryLanes e = {instance_transform(m), m.middle, r.i_x, r.i_y, r.i_z, r.extent, r.error};
   return e;
 }
 EK_FN EntryLanes load_entry(global const InstanceRecord* instances, vu i) {
@@ -69,7 +69,7 @@ EK_FN EntryBoxes entry_boxes(EntryLanes e, RayEntry ray) {
   const vf depth = div_f(one, ray.p_rcp_d.z);  // d on the longest axis
   const v3 o = unpermute3(ray.p_o, ray.z_is_x, ray.z_is_y), r = unpermute3(ray.p_rcp_d, ray.z_is_x, ray.z_is_y);
   const v3 d = unpermute3(V3(ray.sx * depth, ray.sy * depth, depth), ray.z_is_x, ray.z_is_y);
-  const v3 from = sub3(o, placed_point(e.to_world, e.middle));
+  const v3 from = sub3(o, instance_point(e.to_world, e.middle));
   const v3 own = V3(dot3(e.ix, from), dot3(e.iy, from), dot3(e.iz, from));
   const v3 own_o = add3(own, e.middle), own_d = V3(dot3(e.ix, d), dot3(e.iy, d), dot3(e.iz, d));
   const vf pad = 0.5f * ray.t_slack * abs_f(depth) * (1.0f + 0x1p-20f);
@@ -149,7 +149,7 @@ EK_FN void ray_exit(RayOne* ray) {
 }
 
 // Axis `a` of a corner (x, y, z) of an instance's triangle, in the world.
-EK_FN float placed_corner(global const InstanceRecord* instances, uint instance, uint a, float x, float y, float z) {
+EK_FN float instance_corner(global const InstanceRecord* instances, uint instance, uint a, float x, float y, float z) {
   global const float* m = (global const float*)(instances + (instance - 1u)) + 4u * a;
   return ((m[0] * x + m[1] * y) + m[2] * z) + m[3];
 }

@@ -62,13 +62,13 @@ InstancedMesh measure(const Mesh& mesh, std::uint32_t index) {
 }
 
 /// True if a triangle with an area has none in this instance.
-bool loses_triangles(const Mesh& mesh, const InstancedMesh& instanced, const PlacingMatrix& matrix) {
+bool loses_triangles(const Mesh& mesh, const InstancedMesh& instanced, const InstanceTransform& matrix) {
   bool loses = false;
   for_each_triangle(mesh, [&](const Primitive& primitive, const Corners& corner, std::size_t number) {
     if (loses || instanced.dropped[number]) return;
     float corners[9];
     for (std::size_t k = 0; k < 3; ++k) {
-      const glm::vec3 p = placed_point(matrix, primitive.positions_object[corner[k]]);
+      const glm::vec3 p = instance_point(matrix, primitive.positions_object[corner[k]]);
       corners[3 * k] = p.x, corners[3 * k + 1] = p.y, corners[3 * k + 2] = p.z;
     }
     loses = is_degenerate(corners);
@@ -77,8 +77,8 @@ bool loses_triangles(const Mesh& mesh, const InstancedMesh& instanced, const Pla
 }
 
 /// Finds the matrix of an instance. Returns false if its mesh cannot be stored once for this node.
-bool place_node(const Scene& scene, const Node& node, const InstancedMesh& mesh, MeshInstance& instance) {
-  instance.matrix = placing_matrix(node.world_from_object);
+bool find_transform(const Scene& scene, const Node& node, const InstancedMesh& mesh, MeshInstance& instance) {
+  instance.matrix = instance_transform(node.world_from_object);
   const auto& rows = instance.matrix.rows;
   const glm::dmat3 linear = linear_part(instance.matrix);
   double largest = 0;
@@ -129,7 +129,7 @@ void find_instances(const Scene& scene, InstancedMeshes& found) {
     if (measured[node.mesh] == kNone) continue;
     MeshInstance instance;
     const InstancedMesh& mesh = measures[measured[node.mesh]];
-    if (!place_node(scene, node, mesh, instance)) continue;
+    if (!find_transform(scene, node, mesh, instance)) continue;
     std::uint32_t& to = entry[node.mirrored ? 1 : 0][node.mesh];
     if (to == kNone) {
       to = std::uint32_t(found.meshes.size());
@@ -240,7 +240,7 @@ InstanceBox exact_box(const Scene& scene, const MeshInstance& instance) {
                   glm::vec3(-std::numeric_limits<float>::infinity())};
   for (const Primitive& primitive : scene.meshes[scene.nodes[instance.node].mesh].primitives) {
     for (const glm::vec3& p : primitive.positions_object) {
-      const glm::vec3 world = placed_point(instance.matrix, p);
+      const glm::vec3 world = instance_point(instance.matrix, p);
       box.lo = glm::min(box.lo, world);
       box.hi = glm::max(box.hi, world);
     }

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "gltf/geometry/instance_transform.h"
 #include "pack/features.h"
 #include "pack/pack.h"
 #include "pack/settings.h"
-#include "gltf/geometry/placed.h"
 #include "scene/scene.h"
 
 namespace eikon {
@@ -29,7 +29,7 @@ struct InstancedMesh {
 /// An instance of such a mesh: a node that shows it.
 struct MeshInstance {
   std::uint32_t node = 0, mesh = 0;  // mesh: of InstancedMeshes::meshes
-  PlacingMatrix matrix;
+  InstanceTransform matrix;
   float error = 0;  // InstanceRecord's
 };
 
@@ -52,7 +52,7 @@ struct InstancedMeshes {
 /// of its own), that rays may pass, and that contain a medium (camera_medium.h counts triangles of
 /// the world); and nodes that flatten a mesh, or move it so far away that triangles lose their area
 /// to rounding; and all where triangles move while the shutter is open. The answer depends on the scene alone, and corners of these
-/// instances have the bits of placed.h however they are stored.
+/// instances have the bits of instance_transform.h however they are stored.
 [[nodiscard]] InstancedMeshes find_instanced_meshes(const Scene& scene);
 
 /// The decision about --instances: whether such meshes are stored once, in two levels of trees.

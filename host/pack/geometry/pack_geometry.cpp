@@ -77,7 +77,7 @@ class GeometryPacker {
     }
     if (two_level) {
       store_meshes();
-      store_places();
+      store_instances();
     } else {
       for (const MeshInstance& instance : instanced_.instances) {
         const std::uint32_t mesh = scene_.nodes[instance.node].mesh;
@@ -186,8 +186,7 @@ class GeometryPacker {
                     repeats ? "store meshes once (--instances two-level)" : "use fewer instances or simpler meshes"));
   }
 
-  /// Adds triangles whose vertices are placed already: for each instance in the world, or once in
-  /// object space.
+  /// Adds triangles: for each instance with vertices in the world, or once with those in object space.
   void add_triangles(const WorldVertices& at, const Primitive& primitive, const InstancedMesh& mesh, std::uint32_t node,
                      std::size_t& number, bool in_world) {
     const std::uint32_t flags = surface_flags(scene_.materials[primitive.material], &primitive);
@@ -199,7 +198,7 @@ class GeometryPacker {
       t.flags = flags;
       if (in_world) {
         const auto [a, b, c] = corners;
-        const glm::vec3 n = placed_triangle_normal(at.positions[a], at.positions[b], at.positions[c]);
+        const glm::vec3 n = accurate_triangle_normal(at.positions[a], at.positions[b], at.positions[c]);
         t.n_x = n.x, t.n_y = n.y, t.n_z = n.z;
       }
       push(t, at, primitive, mesh.mirrored, corners);
@@ -223,15 +222,15 @@ class GeometryPacker {
     WorldVertices world;
     world.positions.reserve(primitive.positions_object.size());
     for (const glm::vec3& p : primitive.positions_object) {
-      world.positions.push_back(placed_point(instance.matrix, p));
+      world.positions.push_back(instance_point(instance.matrix, p));
       grow(packed_.bounds, glm::dvec3(world.positions.back()));
     }
     if (has_vertex_normal_)
       for (const glm::vec3& n : primitive.normals_object)
-        world.normals.push_back(placed_normal(instance.matrix, mirrored, n));
+        world.normals.push_back(instance_normal(instance.matrix, mirrored, n));
     if (has_tangent_)
       for (const glm::vec4& t : primitive.tangents_object)
-        world.tangents.emplace_back(placed_tangent(instance.matrix, glm::vec3(t)), t.w);
+        world.tangents.emplace_back(instance_tangent(instance.matrix, glm::vec3(t)), t.w);
     add_triangles(world, primitive, instanced_.meshes[instance.mesh], instance.node, number, true);
     if (released != nullptr) let_go(*released);
   }
@@ -250,7 +249,7 @@ class GeometryPacker {
     }
   }
 
-  void store_places() {
+  void store_instances() {
     packed_.instances.reserve(instanced_.instances.size());
     for (const MeshInstance& instance : instanced_.instances)
       packed_.instances.push_back(instance_record(instance, instanced_.meshes[instance.mesh]));

@@ -20,7 +20,7 @@ glm::dvec3 world_corner(const Node& node, const Primitive& primitive, std::uint3
 }
 
 template <class T>
-T interpolate(const SharedVector<T>& values, const PlacedTriangle& triangle, double u, double v) {
+T interpolate(const SharedVector<T>& values, const WorldTriangle& triangle, double u, double v) {
   const std::array<std::uint32_t, 3> corner = triangle.primitive->indices.triangle(triangle.index);
   return values[corner[0]] * float(1 - u - v) + values[corner[1]] * float(u) + values[corner[2]] * float(v);
 }
@@ -33,7 +33,7 @@ double wrapped(double turns, Wrap wrap) {
 }
 
 /// The texel nearest to the place on a triangle, R, G, B and A in [0, 1]; colours linear to a few per cent.
-glm::dvec4 texel_at(const Scene& scene, const Texture& texture, const PlacedTriangle& triangle, double u, double v) {
+glm::dvec4 texel_at(const Scene& scene, const Texture& texture, const WorldTriangle& triangle, double u, double v) {
   const SharedVector<glm::vec2>& uvs = triangle.primitive->uv[texture.uv_set];
   const glm::vec3 uv(uvs.empty() ? glm::vec2(0) : interpolate(uvs, triangle, u, v), 1.0F);
   const TextureImage& image = scene.images[texture.image];
@@ -50,7 +50,7 @@ glm::dvec4 texel_at(const Scene& scene, const Texture& texture, const PlacedTria
   return texel;
 }
 
-void visit_box(const Shape& shape, const std::function<void(const PlacedTriangle&)>& visit) {
+void visit_box(const Shape& shape, const std::function<void(const WorldTriangle&)>& visit) {
   const OwnShape own = own_shape(bounded_piece(shape));
   const auto corner = [&](int i) {
     return own.center + own.half * glm::dvec3((i & 1) != 0 ? 1 : -1, (i & 2) != 0 ? 1 : -1, (i & 4) != 0 ? 1 : -1);
@@ -78,7 +78,7 @@ class CoarsePicture {
     hits_.resize(std::size_t{width_} * height_);
   }
 
-  void add(const Scene& scene, const PlacedTriangle& triangle) {
+  void add(const Scene& scene, const WorldTriangle& triangle) {
     glm::dvec3 p[3];
     for (int k = 0; k < 3; ++k) p[k] = glm::dvec3(camera_from_world_ * glm::dvec4(triangle.corners[k], 1.0));
     if (p[0].z >= 0 && p[1].z >= 0 && p[2].z >= 0) return;
@@ -103,7 +103,7 @@ class CoarsePicture {
   void take(const Scene& scene, std::vector<SeenPoint>& points) const {
     for (const Hit& hit : hits_) {
       if (hit.distance == std::numeric_limits<double>::infinity()) continue;
-      const PlacedTriangle& t = hit.triangle;
+      const WorldTriangle& t = hit.triangle;
       const glm::dvec3 position = t.corners[0] * (1 - hit.u - hit.v) + t.corners[1] * hit.u + t.corners[2] * hit.v;
       const bool back = shows_back(t);
       const Material& material = scene.materials[t.material];
@@ -115,7 +115,7 @@ class CoarsePicture {
   }
 
  private:
-  [[nodiscard]] bool shows_back(const PlacedTriangle& t) const {
+  [[nodiscard]] bool shows_back(const WorldTriangle& t) const {
     const glm::dvec3 to_viewer =
         glm::dvec3(from_camera_[orthographic_ ? 2 : 3]) - (orthographic_ ? glm::dvec3(0) : t.corners[0]);
     return glm::dot(front_normal(t), to_viewer) < 0;
@@ -124,11 +124,11 @@ class CoarsePicture {
   struct Hit {
     double distance = std::numeric_limits<double>::infinity();  // along -Z
     double u = 0, v = 0;
-    PlacedTriangle triangle{};
+    WorldTriangle triangle{};
   };
 
   // [Möller, Trumbore 1997]
-  void meet(const Scene& scene, const PlacedTriangle& triangle, const glm::dvec3 (&p)[3], std::uint32_t x,
+  void meet(const Scene& scene, const WorldTriangle& triangle, const glm::dvec3 (&p)[3], std::uint32_t x,
             std::uint32_t y) {
     const glm::dvec2 place = (glm::dvec2(x + 0.5, y + 0.5) / glm::dvec2(width_, height_) * 2.0 - 1.0) * half_;
     const glm::dvec3 origin = orthographic_ ? glm::dvec3(place, 0) : glm::dvec3(0);
@@ -168,29 +168,29 @@ std::vector<CoarsePicture> pictures_of(const Settings& settings) {
 
 }  // namespace
 
-void for_each_triangle(const Scene& scene, const std::function<void(const PlacedTriangle&)>& visit) {
+void for_each_triangle(const Scene& scene, const std::function<void(const WorldTriangle&)>& visit) {
   for (const Node& node : scene.nodes)
     for (const Primitive& primitive : scene.meshes[node.mesh].primitives)
       for (std::size_t i = 0; i < primitive.indices.triangle_count(); ++i) {
         const std::array<std::uint32_t, 3> vertices = primitive.indices.triangle(i);
         const auto corner = [&](std::size_t k) { return world_corner(node, primitive, vertices[k]); };
-        PlacedTriangle triangle{.corners = {corner(0), corner(1), corner(2)},
-                                .material = primitive.material,
-                                .primitive = &primitive,
-                                .index = std::uint32_t(i),
-                                .mirrored = node.mirrored};
+        WorldTriangle triangle{.corners = {corner(0), corner(1), corner(2)},
+                               .material = primitive.material,
+                               .primitive = &primitive,
+                               .index = std::uint32_t(i),
+                               .mirrored = node.mirrored};
         visit(triangle);
       }
   for (const Shape& shape : scene.shapes) visit_box(shape, visit);
 }
 
-glm::dvec3 front_normal(const PlacedTriangle& t) {
+glm::dvec3 front_normal(const WorldTriangle& t) {
   const glm::dvec3 normal = glm::cross(t.corners[1] - t.corners[0], t.corners[2] - t.corners[0]);
   const double length = glm::length(normal);
   return length > 0 ? normal / (t.mirrored ? -length : length) : glm::dvec3(0);
 }
 
-double emission_at(const Scene& scene, const PlacedTriangle& triangle, double u, double v) {
+double emission_at(const Scene& scene, const WorldTriangle& triangle, double u, double v) {
   const Material& material = scene.materials[triangle.material];
   if (!emits(material)) return 0;
   glm::dvec3 emission(material.emission);
@@ -199,7 +199,7 @@ double emission_at(const Scene& scene, const PlacedTriangle& triangle, double u,
   return (emission.x + emission.y + emission.z) / 3;
 }
 
-bool is_clear_at(const Scene& scene, const PlacedTriangle& triangle, double u, double v) {
+bool is_clear_at(const Scene& scene, const WorldTriangle& triangle, double u, double v) {
   const Material& material = scene.materials[triangle.material];
   if (material.alpha_mode == AlphaMode::opaque) return false;
   double opacity = material.opacity;
@@ -212,7 +212,7 @@ bool is_clear_at(const Scene& scene, const PlacedTriangle& triangle, double u, d
 
 std::vector<SeenPoint> seen_points(const Scene& scene, const Settings& settings) {
   std::vector<CoarsePicture> pictures = pictures_of(settings);
-  for_each_triangle(scene, [&](const PlacedTriangle& triangle) {
+  for_each_triangle(scene, [&](const WorldTriangle& triangle) {
     for (CoarsePicture& picture : pictures) picture.add(scene, triangle);
   });
   std::vector<SeenPoint> points;

@@ -12,9 +12,9 @@
 
 namespace eikon {
 
-/// A triangle as a node places it. A shape is shown by the box around it, whose triangles have no
+/// A triangle of a node, in the world. A shape is shown by the box around it, whose triangles have no
 /// `primitive`.
-struct PlacedTriangle {
+struct WorldTriangle {
   glm::dvec3 corners[3];  // world, metres
   std::uint32_t material = 0;
   const Primitive* primitive = nullptr;
@@ -23,17 +23,17 @@ struct PlacedTriangle {
 };
 
 /// Calls `visit` for each triangle that the scene shows, in an order that is always the same.
-void for_each_triangle(const Scene& scene, const std::function<void(const PlacedTriangle&)>& visit);
+void for_each_triangle(const Scene& scene, const std::function<void(const WorldTriangle&)>& visit);
 
 /// The triangle's unit normal on its front, as the file winds it; zero where it has no area.
-[[nodiscard]] glm::dvec3 front_normal(const PlacedTriangle& triangle);
+[[nodiscard]] glm::dvec3 front_normal(const WorldTriangle& triangle);
 
 /// Mean radiance over R, G and B that the triangle emits at barycentrics (1 - u - v, u, v), its
 /// texture included.
-[[nodiscard]] double emission_at(const Scene& scene, const PlacedTriangle& triangle, double u, double v);
+[[nodiscard]] double emission_at(const Scene& scene, const WorldTriangle& triangle, double u, double v);
 
 /// True if light passes the triangle there, by the opacity of its material, texture and colours.
-[[nodiscard]] bool is_clear_at(const Scene& scene, const PlacedTriangle& triangle, double u, double v);
+[[nodiscard]] bool is_clear_at(const Scene& scene, const WorldTriangle& triangle, double u, double v);
 
 struct SeenPoint {
   glm::dvec3 position{};  // world, metres

@@ -26,28 +26,28 @@ struct Emitter {
   bool both_sides = false;
 };
 
-double area_of(const PlacedTriangle& t) {
+double area_of(const WorldTriangle& t) {
   return 0.5 * glm::length(glm::cross(t.corners[1] - t.corners[0], t.corners[2] - t.corners[0]));
 }
 
 /// Points spread evenly over the power of all emissive triangles, textures left out: the additive
 /// recurrence of Roberts [2018] places them within triangles.
 std::vector<Emitter> sampled_triangles(const Scene& scene) {
-  const auto strength = [&](const PlacedTriangle& t) {
+  const auto strength = [&](const WorldTriangle& t) {
     return t.primitive == nullptr ? 0 : mean(scene.materials[t.material].emission) * area_of(t);
   };
   const auto each_emissive = [&](const auto& visit) {
-    for_each_triangle(scene, [&](const PlacedTriangle& t) {
+    for_each_triangle(scene, [&](const WorldTriangle& t) {
       if (emits(scene.materials[t.material])) visit(t, strength(t));
     });
   };
   double total = 0;
-  each_emissive([&](const PlacedTriangle&, double power) { total += power; });
+  each_emissive([&](const WorldTriangle&, double power) { total += power; });
   std::vector<Emitter> emitters;
   if (!(total > 0 && total < kInfinity)) return emitters;
   double before = 0;
   int next = 0;
-  each_emissive([&](const PlacedTriangle& t, double power) {
+  each_emissive([&](const WorldTriangle& t, double power) {
     before += power;
     for (; next < kEmitterSamples && (next + 0.5) * total <= before * kEmitterSamples; ++next) {
       double u = std::fmod(0.5 + next * 0.7548776662466927, 1.0), v = std::fmod(0.5 + next * 0.5698402909980532, 1.0);

@@ -28,8 +28,8 @@ EK_FN PathHit hit_load(const ShadeContext* c, uint slot, uint lanes) {
 #endif
   hit.corners = load_triangle(c->scene.triangles, resting);
 #if EK_HAS_instance
-  const Place place = hit_place(c->scene, hit.live ? state_vu(state, FIELD_hit_instance, slot) : (vu)(0u));
-  hit.corners = placed_triangle(place, hit.corners);
+  const HitInstance instance = hit_instance(c->scene, hit.live ? state_vu(state, FIELD_hit_instance, slot) : (vu)(0u));
+  hit.corners = instance_triangle(instance, hit.corners);
 #endif
 #if EK_HAS_moving_surface
   if (ANY(span.moves)) hit.corners = moved_triangle(c->scene, span, hit.corners);
@@ -53,7 +53,7 @@ EK_FN PathHit hit_load(const ShadeContext* c, uint slot, uint lanes) {
   if (hit.detailed & (ANY(span.moves) != 0)) hit.attributes = moved_attributes(c->scene, span, hit.u, hit.v, hit.attributes);
 #endif
 #if EK_HAS_instance
-  hit.attributes = placed_attributes(c->scene, place, hit.triangle, hit.u, hit.v, hit.attributes);
+  hit.attributes = instance_attributes(c->scene, instance, hit.triangle, hit.u, hit.v, hit.attributes);
 #endif
 #if EK_HAS_shape
   hit.attributes = shape_attributes(c->scene, hit.corners, hit.on_shape, hit.surface.n_geom, hit.attributes);

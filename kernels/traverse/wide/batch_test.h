@@ -91,11 +91,11 @@ EK_FN void candidate_corners(Geometry geometry, const TriangleLanes* record, vu 
   corners[0] = record->p0;
   corners[1] = record->p1;
   corners[2] = record->p2;
-  const vi is_placed = instance != 0u;
-  if (!EK_HAS_instance || mask_bits(is_placed) == 0) return;
-  const Placing to_world =
-      instance_placing(load_instance_matrix(geometry.scene.instances, is_placed ? instance - 1u : (vu)(0u)));
-  for (uint k = 0; k < 3u; ++k) corners[k] = select3(is_placed, placed_point(to_world, corners[k]), corners[k]);
+  const vi is_instanced = instance != 0u;
+  if (!EK_HAS_instance || mask_bits(is_instanced) == 0) return;
+  const InstanceTransform to_world =
+      instance_transform(load_instance_matrix(geometry.scene.instances, is_instanced ? instance - 1u : (vu)(0u)));
+  for (uint k = 0; k < 3u; ++k) corners[k] = select3(is_instanced, instance_point(to_world, corners[k]), corners[k]);
 }
 
 // Tests EK_WIDTH candidates from `first` on, of which those below candidates->count count, and

@@ -109,20 +109,20 @@ EK_FN void packet_exit(Packet* p) {
 }
 
 // Moves the corners of a leaf to the world.
-EK_FN void packet_place_corners(Geometry geometry, const Packet* p, global const float* stored, float* placed) {
+EK_FN void packet_world_corners(Geometry geometry, const Packet* p, global const float* stored, float* world) {
   for (uint offset = 0; offset < 72u; offset += 24u) {
     const float8 x = *(global const float8*)(stored + offset), y = *(global const float8*)(stored + offset + 8),
                  z = *(global const float8*)(stored + offset + 16);
     if (p->instance == 0u) {
-      *(float8*)(placed + offset) = x;
-      *(float8*)(placed + offset + 8) = y;
-      *(float8*)(placed + offset + 16) = z;
+      *(float8*)(world + offset) = x;
+      *(float8*)(world + offset + 8) = y;
+      *(float8*)(world + offset + 16) = z;
       continue;
     }
     global const float* m = (global const float*)(geometry.scene.instances + (p->instance - 1u));
-    *(float8*)(placed + offset) = ((m[0] * x + m[1] * y) + m[2] * z) + m[3];
-    *(float8*)(placed + offset + 8) = ((m[4] * x + m[5] * y) + m[6] * z) + m[7];
-    *(float8*)(placed + offset + 16) = ((m[8] * x + m[9] * y) + m[10] * z) + m[11];
+    *(float8*)(world + offset) = ((m[0] * x + m[1] * y) + m[2] * z) + m[3];
+    *(float8*)(world + offset + 8) = ((m[4] * x + m[5] * y) + m[6] * z) + m[7];
+    *(float8*)(world + offset + 16) = ((m[8] * x + m[9] * y) + m[10] * z) + m[11];
   }
 }
 

@@ -195,7 +195,7 @@ EK_FN void packet_leaf8(Geometry geometry, Packet* p, uint child, const int any_
   global const float* stored = wide_leaf8(geometry, child);
 #if EK_HAS_instance
   float corners[LEAF8_TRIANGLES] __attribute__((aligned(64)));
-  packet_place_corners(geometry, p, stored, corners);
+  packet_world_corners(geometry, p, stored, corners);
 #else
   global const float* corners = stored;
 #endif

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes in two levels: the hits of brute force over all places, to the bit, whatever the places.
+// Scenes in two levels: the hits of brute force over all instances, to the bit, wherever they are.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -23,7 +23,7 @@ Primitive primitive_of(const fixtures::Soup& soup) {
   return primitive;
 }
 
-void place(Scene& scene, std::uint32_t mesh, const glm::dmat4& m) {
+void add_instance(Scene& scene, std::uint32_t mesh, const glm::dmat4& m) {
   Node node;
   node.mesh = mesh;
   node.world_from_object = m;
@@ -61,18 +61,18 @@ Scene crowd(double size, std::uint32_t seed, bool shapes) {
                       one = add(fixtures::scattered(40, 4, seed + 3)),
                       quad = add({-1, 0, -1, 1, 0, -1, 1, 0, 1, -1, 0, -1, 1, 0, 1, -1, 0, 1});
   const auto big = glm::scale(glm::dmat4(1), glm::dvec3(size));
-  place(scene, one, big);
+  add_instance(scene, one, big);
   for (int i = 0; i < 120; ++i) {
     const std::uint32_t mesh = i % 4 == 0 ? ball : i % 4 == 1 ? heap : blade;
     const glm::dmat4 m = big * anywhere(random, 4, 0.5);
-    place(scene, mesh, m);
-    if (i % 10 == 9) place(scene, mesh, m);
+    add_instance(scene, mesh, m);
+    if (i % 10 == 9) add_instance(scene, mesh, m);
   }
   for (int i = 0; i < 3; ++i)
-    place(scene, away, big * anywhere(random, 2, 0.5) * glm::translate(glm::dmat4(1), glm::dvec3(-1000, 0, 0)));
+    add_instance(scene, away, big * anywhere(random, 2, 0.5) * glm::translate(glm::dmat4(1), glm::dvec3(-1000, 0, 0)));
   // A floor of tiles that share edges and lie in coordinate planes: rays along it see them edge-on.
   for (int i = 0; i < 16; ++i)
-    place(scene, quad, big * glm::translate(glm::dmat4(1), glm::dvec3(2 * (i % 4) - 3, -2, 2 * (i / 4) - 3)));
+    add_instance(scene, quad, big * glm::translate(glm::dmat4(1), glm::dvec3(2 * (i % 4) - 3, -2, 2 * (i / 4) - 3)));
   for (int i = 0; shapes && i < 12; ++i) {
     Shape shape;
     shape.kind = i % 2 == 0 ? ShapeKind::sphere : ShapeKind::box;
@@ -223,7 +223,7 @@ void expect_hits_of_brute_force(const Scene& scene, double size, std::size_t cou
 
 class TraverseInstances : public testing::TestWithParam<std::string> {};
 
-TEST_P(TraverseInstances, G19_hits_are_those_of_brute_force_over_all_places) {
+TEST_P(TraverseInstances, G19_hits_are_those_of_brute_force_over_all_instances) {
   expect_hits_of_brute_force(crowd(1, 1, false), 1, 6000, 2, ways_down(GetParam()));
 }
 

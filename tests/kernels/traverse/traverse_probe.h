@@ -37,7 +37,7 @@ inline ProbeRay probe_ray(const glm::dvec3& origin, const glm::dvec3& dir, doubl
 struct ProbeHit {
   float t = 0, u = 0, v = 0;
   std::uint32_t triangle = 0;
-  std::uint32_t instance = 0;  // 1 + the place, of a scene in two levels; else 0
+  std::uint32_t instance = 0;  // 1 + its number, of a scene in two levels; else 0
 };
 
 /// Rays that are none: `from` without a direction, or with numbers that are none or infinite.

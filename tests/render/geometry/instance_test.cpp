@@ -46,7 +46,7 @@ std::vector<Execution> two_level_ways() {
   return ways;
 }
 
-TEST(Instances, G19_G17_stored_once_or_for_each_place_the_picture_has_the_same_bits) {
+TEST(Instances, G19_G17_stored_once_or_for_each_instance_the_picture_has_the_same_bits) {
   const auto [scene, settings] = crowded_room();
   Execution flat;
   flat.instances = InstanceMode::flat;
