@@ -11,55 +11,55 @@
 
 namespace eikon {
 
-/// A hash table with open addressing: a search reads one or two neighbouring places, where one of std::unordered_map
+/// A hash table with open addressing: a search reads one or two neighbouring slots, where one of std::unordered_map
 /// follows pointers. A pilot makes millions of searches.
 class CellIndex {
  public:
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
   /// Returns the number of a cell, or kNone.
-  [[nodiscard]] std::uint32_t find(CellId id) const { return places_[place_of(id)].number; }
+  [[nodiscard]] std::uint32_t find(CellId id) const { return slots_[slot_of(id)].number; }
   /// Returns the number of a cell, which becomes the next one if it had none.
   std::uint32_t add(CellId id) {
-    std::size_t at = place_of(id);
-    if (places_[at].number != kNone) return places_[at].number;
-    if (2 * (ids_.size() + 1) > places_.size()) {
+    std::size_t at = slot_of(id);
+    if (slots_[at].number != kNone) return slots_[at].number;
+    if (2 * (ids_.size() + 1) > slots_.size()) {
       grow();
-      at = place_of(id);
+      at = slot_of(id);
     }
-    places_[at] = {id, std::uint32_t(ids_.size())};
+    slots_[at] = {id, std::uint32_t(ids_.size())};
     ids_.push_back(id);
-    return places_[at].number;
+    return slots_[at].number;
   }
   /// The cells in the order of their numbers.
   [[nodiscard]] std::span<const CellId> ids() const { return ids_; }
   /// Forgets all cells and keeps the memory.
   void clear() {
     ids_.clear();
-    places_.assign(places_.size(), Place());
+    slots_.assign(slots_.size(), Slot());
   }
 
  private:
-  struct Place {
+  struct Slot {
     CellId id = 0;
-    std::uint32_t number = kNone;  // kNone: the place is free
+    std::uint32_t number = kNone;  // kNone: the slot is free
   };
-  static constexpr std::size_t kFirstPlaces = 64;
+  static constexpr std::size_t kFirstSlots = 64;
 
-  /// The place that has the cell, or the free one that is to have it.
-  [[nodiscard]] std::size_t place_of(CellId id) const {
-    const std::size_t mask = places_.size() - 1;
+  /// The slot that has the cell, or the free one that is to have it.
+  [[nodiscard]] std::size_t slot_of(CellId id) const {
+    const std::size_t mask = slots_.size() - 1;
     std::size_t at = std::size_t((id * 0x9e3779b97f4a7c15ULL) >> 32) & mask;
-    while (places_[at].number != kNone && places_[at].id != id) at = (at + 1) & mask;
+    while (slots_[at].number != kNone && slots_[at].id != id) at = (at + 1) & mask;
     return at;
   }
   void grow() {
-    places_.assign(2 * places_.size(), Place());
+    slots_.assign(2 * slots_.size(), Slot());
     for (std::uint32_t number = 0; number < ids_.size(); ++number)
-      places_[place_of(ids_[number])] = {ids_[number], number};
+      slots_[slot_of(ids_[number])] = {ids_[number], number};
   }
 
-  std::vector<Place> places_ = std::vector<Place>(kFirstPlaces);  // a power of two, at least half of them free
+  std::vector<Slot> slots_ = std::vector<Slot>(kFirstSlots);  // a power of two, at least half of them free
   std::vector<CellId> ids_;
 };
 

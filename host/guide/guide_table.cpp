@@ -33,11 +33,11 @@ CellId coarser(CellId id) {
 }
 
 bool GuideTable::is_sound() const {
-  const std::size_t count = cell_count(), places = slots.size() / 2;
+  const std::size_t count = cell_count(), slot_count = slots.size() / 2;
   if (!(scale > 0) || !std::isfinite(scale) || count == 0 || cells.size() % EK_GUIDE_CELL_WORDS != 0) return false;
-  if (slots.size() % 2 != 0 || !std::has_single_bit(places)) return false;
+  if (slots.size() % 2 != 0 || !std::has_single_bit(slot_count)) return false;
   std::size_t taken = 0;
-  for (std::size_t slot = 0; slot < places; ++slot) {
+  for (std::size_t slot = 0; slot < slot_count; ++slot) {
     if (slots[2 * slot] == 0) continue;
     ++taken;
     if (slots[2 * slot + 1] >= count) return false;
@@ -45,7 +45,7 @@ bool GuideTable::is_sound() const {
   if (taken == 0) return true;
   for (std::size_t i = 0; i < count; ++i)
     if (!is_sound_cell(std::span(cells).subspan(i * EK_GUIDE_CELL_WORDS, EK_GUIDE_CELL_WORDS))) return false;
-  return taken < places;
+  return taken < slot_count;
 }
 
 std::uint64_t GuideTable::digest() const {
