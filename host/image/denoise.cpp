@@ -129,8 +129,8 @@ void Denoiser::denoise(Image& picture) const {
   const Library& oidn = *library_;
   constexpr std::array<std::string_view, 3> kColor{"R", "G", "B"};
   std::vector<float> color = interleaved(picture, kColor);
-  std::vector<float> albedo = interleaved(picture, std::span(kGuides).first<3>());
-  std::vector<float> normal = interleaved(picture, std::span(kGuides).last<3>());
+  std::vector<float> albedo = interleaved(picture, std::span(kAuxiliary).first<3>());
+  std::vector<float> normal = interleaved(picture, std::span(kAuxiliary).last<3>());
   std::vector<float> output(color.size());
   struct Filter {
     const Library& oidn;

@@ -371,8 +371,8 @@ Prepared prepare(const SceneOptions& options, std::shared_ptr<Scene> loaded, con
   if (options.pilot_paths && settings.pilot_paths > 0) settings.pilot_paths = *options.pilot_paths;
   prepared.layers = settings.aovs = options.aovs;
   if (options.denoise)
-    for (const char* guide : {"albedo", "normal"})
-      if (std::ranges::find(settings.aovs, guide) == settings.aovs.end()) settings.aovs.emplace_back(guide);
+    for (const char* auxiliary : {"albedo", "normal"})
+      if (std::ranges::find(settings.aovs, auxiliary) == settings.aovs.end()) settings.aovs.emplace_back(auxiliary);
   settings.depth_series.assign(options.depth_series.begin(), options.depth_series.end());
   // So that the record of a film without them is that of earlier versions.
   if (!Features(scene, settings).has(Feature::light_paths)) {

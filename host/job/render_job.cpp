@@ -228,7 +228,7 @@ std::string RenderJob::keep_elsewhere(ExrOptions exr) {
 std::optional<Image> RenderJob::denoise(const Film& film) {
   const TraceScope denoising(trace_.get(), Trace::kMain, "denoise");
   try {
-    Image picture = to_image(film, Denoiser::kGuides);
+    Image picture = to_image(film, Denoiser::kAuxiliary);
     denoiser_->denoise(picture);
     return picture;
   } catch (const InputError& failure) {

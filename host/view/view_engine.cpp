@@ -214,7 +214,7 @@ void ViewEngine::denoise(const Film& film, const Json& about, std::uint64_t samp
     denoiser_ = std::make_unique<ViewDenoiser>(
         scenery_->execution.threads, [board = board_](const std::string& problem) { board->set_denoiser(problem); });
   if (!is_last && !denoiser_->pays(samples)) return;
-  denoiser_->begin(to_image(film, Denoiser::kGuides), samples,
+  denoiser_->begin(to_image(film, Denoiser::kAuxiliary), samples,
                    [board = board_, orders = orders_, about, shown = denoised_](const Image& picture) {
                      *shown = true;
                      board->publish(*orders, about, view_pixels(picture));
