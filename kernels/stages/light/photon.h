@@ -7,8 +7,8 @@
 #include "stages/shade/merge.h"
 
 #if EK_HAS_merging
-/// Leaves a photon for each lane that needs one. place: as of direct_light_cast. returns the mask of those lanes, as bits
-EK_FN uint photon_leave(const ShadeContext* c, const PathHit* hit, const ShadingPoint* point, uint place) {
+/// Leaves a photon for each lane that needs one. slot: as of direct_light_cast. returns the mask of those lanes, as bits
+EK_FN uint photon_leave(const ShadeContext* c, const PathHit* hit, const ShadingPoint* point, uint slot) {
   const v3 to_light = neg3(hit->path.dir);
   const vf cosine = abs_f(dot3(point->n_geom, to_light));
   vi leaves = point->live & (cosine > 0.0f) & (max_component(abs3(point->beta)) > 0.0f) & !is_only_exact(&point->material);
@@ -23,7 +23,7 @@ EK_FN uint photon_leave(const ShadeContext* c, const PathHit* hit, const Shading
                             .radiance = scale3(point->beta, div_f((vf)(1.0f), cosine)),
                             .photon_normal = pack_normal(point->n_geom, (vi)(0)),
                             .splat = info};
-  shadow_store(c->stage.state, place, packing(leaves), photon);
+  shadow_store(c->stage.state, slot, packing(leaves), photon);
   return mask_bits(leaves);
 }
 

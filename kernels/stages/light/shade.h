@@ -83,9 +83,9 @@ EK_FN SplatPlace splat_place(const ShadeContext* c, global const float* filter_t
 }
 
 /// Leaves a shadow ray to the camera for each lane whose light could arrive there.
-/// place  as of direct_light_cast. returns the mask of those lanes, as bits
+/// slot  as of direct_light_cast. returns the mask of those lanes, as bits
 EK_FN uint camera_cast(const ShadeContext* c, global const float* filter_table, const PathHit* hit, const ShadingPoint* point,
-                       vf channel, uint place) {
+                       vf channel, uint slot) {
   constant Frame* frame = c->stage.frame;
   const CameraView view = camera_view(frame, point->p, point->key, point->index, c->depth);
   const SplatPlace splat = splat_place(c, filter_table, point, &view);
@@ -136,7 +136,7 @@ EK_FN uint camera_cast(const ShadeContext* c, global const float* filter_table, 
 
     .splat = (hit->path.path & 0xffu) | scatterings << 8 | exponent << EK_SPLAT_RATIO_SHIFT
   };
-  shadow_store(c->stage.state, place, packing(pending), ray);
+  shadow_store(c->stage.state, slot, packing(pending), ray);
   return mask_bits(pending);
 }
 

@@ -102,12 +102,11 @@ EK_FN v3 direct_light_radiance(const ShadeContext* c, const ShadingPoint* point,
 /// Samples the light that was picked for each lane, and stores a pending shadow ray for each lane
 /// where that could bring light.
 /// k      which of the vertex's samples
-/// place  on chunks, slot of the chunk's next shadow rays, of which there are never more than
+/// slot   on chunks, that of the chunk's next shadow rays, of which there are never more than
 ///        EK_LIGHT_SAMPLES for each hit before, so there is room for whole vectors; else the path's
-///        slot
 /// returns the mask of those lanes, as bits
 EK_FN uint direct_light_cast(const ShadeContext* c, const ShadingPoint* point, PickedLight picked, LightWords words,
-                             uint k, uint place) {
+                             uint k, uint slot) {
   const LightSample light = direct_light_sample(c, point, picked, words);
   LightRay shadow = light_ray(light, point->p, point->p_error, point->n_geom);
   if (EK_HAS_clearcoat & EK_HAS_area)
@@ -148,7 +147,7 @@ EK_FN uint direct_light_cast(const ShadeContext* c, const ShadingPoint* point, P
 #endif
                          .light_group = light.group,
                          .null_interface_count = point->interface.null_interface_count};
-  shadow_store(c->stage.state, EK_CHUNKED ? place : place + k * EK_CHUNK, packing(pending), ray);
+  shadow_store(c->stage.state, EK_CHUNKED ? slot : slot + k * EK_CHUNK, packing(pending), ray);
   return mask_bits(pending);
 }
 
