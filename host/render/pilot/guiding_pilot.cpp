@@ -26,17 +26,18 @@ constexpr std::uint32_t kRouletteDepth = 2;
 constexpr double kCellsPerHeight = 16;  // smallest cells across the picture at the usual distance
 constexpr double kLeastGain = 1.25;  // a guided vertex costs about so many times another one (kernels/guide/README.md)
 // The pilot gives up after a round, if the gains that its samples and those of the round before show are less than this. They are noisy,
-// and grow from round to round (kernels/guide/README.md). The third round says enough only if it has many paths.
-constexpr std::array<double, kRounds.size()> kLeastHopeOfRound = {0, 0, 0.9, 1, 1.1, 0};
-constexpr std::size_t kThirdRound = 2;
-constexpr std::uint64_t kLeastPathsOfThree = 50'000;
+// and grow from round to round (kernels/guide/README.md).
+constexpr std::array<double, kRounds.size()> kLeastHopeOfRound = {0, 0, 0, 1, 1.1, 0};
 constexpr std::uint64_t kLeastPathsToGiveUp = 1U << 17;  // smaller pilots show too little in their rounds
+// After this round the pilot also gives up if lamps light the surfaces, and these light no others.
+constexpr std::size_t kRoundOfDirectLight = 1;
 
 /// The paths of one way of sampling in the trial.
 struct Trial {
   std::vector<double> count, sum, square;        // luminance of paths, by pixel
   std::array<std::vector<double>, 2> replicate;  // sums of its halves, which are scrambled apart
   double rays = 0, paths = 0;
+  bool has_indirect_light = false;  // a path that was scattered met more than lamps that nothing else lights
 };
 
 /// Without guiding, and with it.
@@ -57,7 +58,6 @@ class GuidingPilot {
   }
 
   void run(Guiding guiding, Pilot& pilot) {
-    const bool may_give_up = guiding != Guiding::on && wanted_paths_ >= kLeastPathsToGiveUp;
     calibrate();
     GuideLearner learner(scale_, usual_luminance_);
     sums_.resize(picture_.pixel_count());
@@ -70,7 +70,7 @@ class GuidingPilot {
         add(trial, log);
       });
       add_to_means(trial);
-      if (may_give_up && gives_up_after(round, learner, pilot)) return;
+      if (guiding != Guiding::on && gives_up_after(round, learner, pilot)) return;
       learner.end_round(round + 2 >= kRounds.size());  // the last two rounds and the trial count together
     }
     const GuideTable table = learner.table();
@@ -147,6 +147,12 @@ class GuidingPilot {
     means_ = smoothed(means_, picture_.settings().width);
   }
 
+  /// True if all that a vertex adds to its path is the emission of a surface.
+  [[nodiscard]] static bool is_unlit_lamp(const PathLog& log, std::size_t path, std::uint32_t vertex) {
+    return (log.word(path, vertex, LOG_info) & LOG_HIT) != 0 && log.number(path, vertex, LOG_emitted) > 0 &&
+           log.number(path, vertex, LOG_sampled) == 0;
+  }
+
   void add(Trial& trial, const PathLog& log) const {
     for (auto* list : {&trial.count, &trial.sum, &trial.square, &trial.replicate[0], &trial.replicate[1]})
       list->resize(picture_.pixel_count());
@@ -162,6 +168,7 @@ class GuidingPilot {
         const std::uint32_t info = log.word(path, v, LOG_info);
         if ((info & (LOG_HIT | LOG_MISS)) == 0) break;
         trial.rays += (info & LOG_HIT) != 0 ? 2 : 1;  // with a shadow ray
+        if (v > 0 && !is_unlit_lamp(log, path, v)) trial.has_indirect_light = true;
       }
     }
   }
@@ -200,14 +207,17 @@ class GuidingPilot {
                      gain(trials, 1, 2, sample_variance), gain(trials, 0, 1, replicate_variance)});
   }
 
-  /// True if this round and the one before did so badly beside unguided paths that the rest of the pilot can be spared; then this is in
-  /// the report.
+  /// True if the rest of the pilot can be spared, because there is nothing to learn, or because this round and the one before did so
+  /// badly beside unguided paths; then this is in the report.
   bool gives_up_after(std::size_t round, const GuideLearner& learner, Pilot& pilot) {
     if (round == 0) return false;
+    if (round == kRoundOfDirectLight && !rounds_.without.has_indirect_light && !rounds_.with.has_indirect_light) {
+      report(learner.table(), 1, pilot);
+      return true;
+    }
     const double before = std::exchange(gain_of_round_, gain(rounds_, 0, 1, sample_variance));
     const double hope = std::max(before, gain_of_round_);
-    if (round == kThirdRound && paths_ < kLeastPathsOfThree) return false;
-    if (hope >= kLeastHopeOfRound[round]) return false;
+    if (wanted_paths_ < kLeastPathsToGiveUp || hope >= kLeastHopeOfRound[round]) return false;
     report(learner.table(), hope, pilot);
     return true;
   }

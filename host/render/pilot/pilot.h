@@ -29,7 +29,7 @@ struct PilotReport {
   // Path guiding (guiding_pilot.h).
   std::uint64_t paths = 0;           // paths from which the table was learned; 0: nothing was learned
   std::uint64_t cells = 0;           // cells of that table
-  double gain = 0;                   // error times rays without guiding over that with it
+  double gain = 0;                   // error times rays without guiding over that with it; 1 where there is nothing to learn
   std::uint32_t roulette_depth = 0;  // GuideTable::roulette_depth; 0: paths are not guided
   std::uint64_t digest = 0;          // GuideTable::digest()
   [[nodiscard]] bool exists() const { return paths > 0 || light_trial_paths > 0; }
