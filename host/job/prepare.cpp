@@ -172,11 +172,7 @@ std::vector<Camera> camera_poses(const SceneOptions& options, const Scene& scene
   if (options.look_at || scene.cameras.empty()) return poses;
   for (const auto& pose : scene.poses)
     poses.push_back(choose_camera(options, *pose, aspect, [](const std::string&) {}));
-  const auto stands = [&](const Camera& pose) {
-    return pose.world_from_camera == camera.world_from_camera && pose.yfov_rad == camera.yfov_rad &&
-           pose.ymag_m == camera.ymag_m;
-  };
-  if (std::ranges::all_of(poses, stands)) poses.clear();
+  if (std::ranges::all_of(poses, [&](const Camera& pose) { return same_view(pose, camera); })) poses.clear();
   return poses;
 }
 

@@ -42,7 +42,7 @@ struct CompressedMeshes {
 
 /// A node that carries a mesh, its parents' transforms applied.
 struct Node {
-  std::string name;
+  std::string name;  // or "node 3" if the file has none
   glm::dmat4 world_from_object{1.0};
   std::uint32_t mesh = 0;
   std::uint32_t light_group = 0;  // of what its mesh emits; 0: the material's
@@ -200,6 +200,8 @@ struct Camera {
 
 /// Radius of the lens's opening, metres; 0 of a pinhole.
 [[nodiscard]] double lens_radius_m(const Camera& camera);
+/// True if both show the same picture of the same scene.
+[[nodiscard]] bool same_view(const Camera& a, const Camera& b);
 
 /// A picture of the sky, equirectangular: its middle is -Z, +Y is up and u grows towards +X.
 struct EnvironmentMap {

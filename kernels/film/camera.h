@@ -17,27 +17,33 @@ typedef struct {
 } FilmPoint;
 
 // CameraPose: where the camera stands. EK_OF_CAMERA(camera, vector): one of the vectors of Frame that say so.
+// EK_INVERSE_FOCUS(camera): 1 / how far ahead things are sharp, 1 / metres.
 #if EK_HAS_camera_motion
 #define EK_CAMERA_ARGUMENTS , global const float *camera_poses
 #define EK_CAMERA_DATA , camera_poses
 
 typedef struct {
   v3 camera_origin, camera_x, camera_y, camera_corner, lens_x, lens_y;
+  vf inverse_focus;
 } CameraPose;
 #define EK_OF_CAMERA(camera, vector) ((camera).vector)
+#define EK_INVERSE_FOCUS(camera) ((camera).inverse_focus)
 
 EK_FN CameraPose still_camera(constant Frame* frame) {
   const CameraPose pose = {splat3(frame->camera_origin), splat3(frame->camera_x), splat3(frame->camera_y),
-                           splat3(frame->camera_corner), splat3(frame->lens_x),   splat3(frame->lens_y)};
+                           splat3(frame->camera_corner), splat3(frame->lens_x),   splat3(frame->lens_y),
+                           (vf)(frame->lens_x.w)};
   return pose;
 }
 
+EK_FN vf camera_word(global const float* poses, vu pose, uint which, vf share) {
+  const vu at = pose * (uint)EK_CAMERA_POSE_WORDS + which;
+  const vf a = gather_f(poses, at), b = gather_f(poses, at + (uint)EK_CAMERA_POSE_WORDS);
+  return a + (b - a) * share;
+}
 EK_FN v3 camera_vector(global const float* poses, vu pose, uint which, vf share) {
-  const vu at = pose * (uint)EK_CAMERA_POSE_WORDS + 4u * which;
-  const v3 a = V3(gather_f(poses, at), gather_f(poses, at + 1u), gather_f(poses, at + 2u));
-  const vu next = at + (uint)EK_CAMERA_POSE_WORDS;
-  const v3 b = V3(gather_f(poses, next), gather_f(poses, next + 1u), gather_f(poses, next + 2u));
-  return add3(a, scale3(sub3(b, a), share));
+  return V3(camera_word(poses, pose, 4u * which, share), camera_word(poses, pose, 4u * which + 1u, share),
+            camera_word(poses, pose, 4u * which + 2u, share));
 }
 
 /// The camera at a time in [0, 1) of the shutter's.
@@ -54,6 +60,7 @@ EK_FN CameraPose moving_camera(constant Frame* frame, global const float* poses,
   pose.camera_corner = camera_vector(poses, step, 3u, share);
   pose.lens_x = camera_vector(poses, step, 4u, share);
   pose.lens_y = camera_vector(poses, step, 5u, share);
+  pose.inverse_focus = camera_word(poses, step, 4u * 4u + 3u, share);  // beside lens_x
   return pose;
 }
 #else
@@ -64,6 +71,7 @@ EK_FN CameraPose moving_camera(constant Frame* frame, global const float* poses,
 // compiler makes stage `generate` for 16 lanes instead of 32.
 typedef constant Frame* CameraPose;
 #define EK_OF_CAMERA(camera, vector) splat3((camera)->vector)
+#define EK_INVERSE_FOCUS(camera) ((vf)((camera)->lens_x.w))
 EK_FN CameraPose still_camera(constant Frame* frame) { return frame; }
 #endif
 
@@ -90,11 +98,11 @@ EK_FN v3 lens_point(CameraPose camera, vf u, vf v) {
 /// Moves a pinhole's ray to a point of the lens, so that all rays of a film point meet where it is
 // in focus.
 /// film_point  from the middle of the lens, one metre ahead
-EK_FN CameraRay lens_ray(constant Frame* frame, CameraPose camera, v3 film_point, vf u, vf v) {
+EK_FN CameraRay lens_ray(CameraPose camera, v3 film_point, vf u, vf v) {
   const v3 on_lens = lens_point(camera, u, v);
   CameraRay ray;
   ray.origin = add3(EK_OF_CAMERA(camera, camera_origin), on_lens);
-  ray.dir = normalize3(sub3(film_point, scale3(on_lens, (vf)(frame->lens_x.w))));
+  ray.dir = normalize3(sub3(film_point, scale3(on_lens, EK_INVERSE_FOCUS(camera))));
   return ray;
 }
 
@@ -108,7 +116,7 @@ EK_FN CameraRay camera_ray(constant Frame* frame, CameraPose camera, FilmPoint a
   if (EK_HAS_lens) {
     vf lens_u, lens_v;
     sample_2d(key, index, DIM_LENS, &lens_u, &lens_v);
-    return lens_ray(frame, camera, film_point, lens_u, lens_v);
+    return lens_ray(camera, film_point, lens_u, lens_v);
   }
   CameraRay ray;
   ray.origin = EK_HAS_orthographic ? film_point : EK_OF_CAMERA(camera, camera_origin);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -15,13 +16,15 @@ namespace {
 constexpr double kMeshShare = 1e-3;      // of the diagonal of a mesh's box, for its vertices
 constexpr double kWayShare = 1e-2;       // of the way of a camera or lamp within the step
 constexpr double kDirection = 2e-4;      // of the unit vectors of a camera: a fifth of a pixel of 720 rows
+constexpr double kZoom = 5e-4;           // of the height of the picture, for that height: also a fifth of a pixel
 constexpr double kLampDirection = 2e-3;  // of the axis of a lamp
+constexpr double kNormal = 5e-3;         // of the shading normals of a mesh
 constexpr double kRounding = 1e-9;       // of coordinates, for what does not move but by rounding
 
 constexpr std::uint32_t kLeastProbes = 4;
 // Probes lie off the middle of a step, so that a motion that swings to and fro is not taken for rest.
 constexpr double kProbeShare = 0.381966;
-constexpr std::size_t kMostVertices = 512;  // of a primitive that are looked at
+constexpr std::size_t kMostVertices = 512;  // of a primitive that keeps its form, which are looked at
 
 double over(double distance, double allowed) {
   if (distance <= 0) return 0;
@@ -34,23 +37,41 @@ glm::dvec3 vertex(const Scene& scene, std::size_t node, std::size_t primitive, s
                     glm::dvec4(glm::dvec3(scene.meshes[n.mesh].primitives[primitive].positions_object[i]), 1.0));
 }
 
+const Primitive& primitive_of(const Scene& scene, std::size_t node, std::size_t primitive) {
+  return scene.meshes[scene.nodes[node].mesh].primitives[primitive];
+}
+
+/// How far the normals of a primitive are from those between the two poses, in its own space.
+double normal_deviation(const MidPose& step, std::size_t node, std::size_t primitive) {
+  const auto &before = primitive_of(step.before, node, primitive).normals_object,
+             &after = primitive_of(step.after, node, primitive).normals_object,
+             &at = primitive_of(step.true_pose, node, primitive).normals_object;
+  if ((before == after && before == at) || before.size() != after.size() || before.size() != at.size()) return 0;
+  double off = 0;
+  for (std::size_t i = 0; i < before.size(); ++i)
+    off = std::max(off,
+                   glm::length(glm::dvec3(at[i]) - glm::mix(glm::dvec3(before[i]), glm::dvec3(after[i]), step.share)));
+  return off / kNormal;
+}
+
 double node_deviation(const MidPose& step, std::size_t node) {
-  const Scene* const scenes[] = {&step.before, &step.after, &step.true_pose};
-  const auto same_mesh = [&](const Scene& other) {
-    const Mesh &a = step.before.meshes[step.before.nodes[node].mesh], &b = other.meshes[other.nodes[node].mesh];
-    for (std::size_t p = 0; p < a.primitives.size(); ++p)
-      if (!(a.primitives[p].positions_object == b.primitives[p].positions_object)) return false;
-    return true;
-  };
   const auto same_place = [&](const Scene& other) {
     return step.before.nodes[node].world_from_object == other.nodes[node].world_from_object;
   };
-  if (std::ranges::all_of(scenes, [&](const Scene* s) { return same_place(*s) && same_mesh(*s); })) return 0;
-  double off = 0;
+  const auto same_form = [&](const Scene& other, std::size_t p) {
+    return primitive_of(step.before, node, p).positions_object == primitive_of(other, node, p).positions_object;
+  };
+  const bool stands = same_place(step.after) && same_place(step.true_pose);
+  double off = 0, most = 0;
   Bounds bounds;
   const Mesh& mesh = step.before.meshes[step.before.nodes[node].mesh];
   for (std::size_t p = 0; p < mesh.primitives.size(); ++p) {
-    const std::size_t count = mesh.primitives[p].positions_object.size(), stride = count / kMostVertices + 1;
+    most = std::max(most, normal_deviation(step, node, p));
+    const bool is_rigid = same_form(step.after, p) && same_form(step.true_pose, p);
+    if (stands && is_rigid) continue;
+    // A part of a mesh that changes its form may move alone.
+    const std::size_t count = mesh.primitives[p].positions_object.size(),
+                      stride = is_rigid ? count / kMostVertices + 1 : 1;
     for (std::size_t i = 0; i < count; i += stride) {
       const glm::dvec3 a = vertex(step.before, node, p, i), b = vertex(step.after, node, p, i);
       const glm::dvec3 way = vertex(step.true_pose, node, p, i) - glm::mix(a, b, step.share);
@@ -58,12 +79,17 @@ double node_deviation(const MidPose& step, std::size_t node) {
       off = std::max(off, glm::length(way) - kRounding * glm::length(a));
     }
   }
-  return bounds.empty() ? 0 : over(off, kMeshShare * glm::length(bounds.hi - bounds.lo));
+  return bounds.empty() ? most : std::max(most, over(off, kMeshShare * glm::length(bounds.hi - bounds.lo)));
 }
 
 double way_deviation(const glm::dvec3& before, const glm::dvec3& after, const glm::dvec3& at, double share) {
   const double off = glm::length(at - glm::mix(before, after, share)) - kRounding * glm::length(at);
   return over(off, kWayShare * glm::length(after - before));
+}
+
+/// Half the height of the picture: in metres, or one metre ahead.
+double half_height(const Camera& camera) {
+  return camera.projection == Projection::orthographic ? camera.ymag_m : std::tan(0.5 * camera.yfov_rad);
 }
 
 double camera_deviation(const Camera& before, const Camera& after, const Camera& at, double share) {
@@ -73,7 +99,15 @@ double camera_deviation(const Camera& before, const Camera& after, const Camera&
     const glm::dvec3 a(before.world_from_camera[axis]), b(after.world_from_camera[axis]);
     most = std::max(most, glm::length(glm::dvec3(at.world_from_camera[axis]) - glm::mix(a, b, share)) / kDirection);
   }
-  return most;
+  const auto off = [&](const auto& value) {
+    return std::abs(value(at) - std::lerp(value(before), value(after), share));
+  };
+  most = std::max(most, over(off(half_height), kZoom * half_height(at)));
+  if (!before.lens || !after.lens || !at.lens) return most;
+  // The blur of a point on the plane one metre ahead is the radius times the difference of two inverse distances.
+  const auto inverse_focus = [](const Camera& camera) { return 1 / camera.lens->focus_distance_m; };
+  return std::max(
+      {most, lens_radius_m(at) * off(inverse_focus) / kDirection, off(lens_radius_m) * inverse_focus(at) / kDirection});
 }
 
 /// The reason why poses cannot be compared triangle by triangle; empty if they can.
@@ -107,28 +141,22 @@ bool lights_differ(const Scene& a, const Scene& b) {
   return !std::ranges::equal(a.lights, b.lights, same);
 }
 
-bool cameras_differ(const Scene& a, const Scene& b) {
-  const auto same = [](const Camera& x, const Camera& y) {
-    return x.world_from_camera == y.world_from_camera && x.yfov_rad == y.yfov_rad && x.ymag_m == y.ymag_m;
-  };
-  return !std::ranges::equal(a.cameras, b.cameras, same);
-}
+bool cameras_differ(const Scene& a, const Scene& b) { return !std::ranges::equal(a.cameras, b.cameras, same_view); }
 
-/// Warns of shapes that move, which kernels do not.
-void note_still_shapes(Scene& scene, const std::vector<std::shared_ptr<const Scene>>& poses) {
-  std::string first;
+/// Names the shapes of a scene that stand elsewhere in some of the poses; empty if none do.
+/// poses  pointers to scenes
+template <class Poses>
+std::string moving_shapes(const Scene& scene, const Poses& poses) {
+  std::string named;
   std::size_t count = 0;
   for (std::size_t i = 0; i < scene.shapes.size(); ++i) {
     const Shape& shape = scene.shapes[i];
     const auto moves = [&](const auto& pose) {
       return i < pose->shapes.size() && pose->shapes[i].world_from_object != shape.world_from_object;
     };
-    if (std::ranges::any_of(poses, moves) && count++ == 0) first = fmt::format("shape '{}'", shape.name);
+    if (std::ranges::any_of(poses, moves) && count++ == 0) named = fmt::format("shape '{}'", shape.name);
   }
-  if (count == 0) return;
-  if (count > 1) first += fmt::format(" and {} more", count - 1);
-  scene.warnings.push_back(
-      fmt::format("--shutter: {}: not blurred, shapes stand where they are at the time of the frame", first));
+  return count > 1 ? named + fmt::format(" and {} more", count - 1) : named;
 }
 
 template <class T>
@@ -226,7 +254,9 @@ void expose(Scene& scene, const Shutter& shutter, const PoseLoader& pose_at) {
   const auto some = [&](bool (*differ)(const Scene&, const Scene&)) {
     return std::any_of(found.begin(), found.end(), [&](const auto& pose) { return differ(*found.front(), *pose); });
   };
-  note_still_shapes(scene, found);
+  if (const std::string shapes = moving_shapes(scene, found); !shapes.empty())
+    scene.warnings.push_back(
+        fmt::format("--shutter: {}: not blurred, shapes stand where they are at the time of the frame", shapes));
   for (std::size_t n = 0; n < scene.nodes.size(); ++n)
     scene.nodes[n].moves = std::any_of(found.begin(), found.end(),
                                        [&](const auto& pose) { return node_differs(*found.front(), *pose, n); });
@@ -249,6 +279,9 @@ void add_next_pose(Scene& scene, Scene next) {
         fmt::format("layer motion: nothing moves in it, as {} changes until the next frame", trouble));
     return;
   }
+  if (const std::string shapes = moving_shapes(scene, std::array{&next}); !shapes.empty())
+    scene.warnings.push_back(
+        fmt::format("layer motion: {}: only the way of the camera is in it, shapes stand still for the layer", shapes));
   make_pose(next, scene);
   bool surfaces = false;
   for (std::size_t n = 0; n < scene.nodes.size() && !surfaces; ++n) surfaces = node_differs(scene, next, n);

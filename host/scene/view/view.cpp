@@ -94,6 +94,12 @@ double lens_radius_m(const Camera& camera) {
   return 0.5 * focal_length_m / camera.lens->f_number;
 }
 
+bool same_view(const Camera& a, const Camera& b) {
+  const auto focus = [](const Camera& camera) { return camera.lens ? camera.lens->focus_distance_m : 0; };
+  return a.world_from_camera == b.world_from_camera && a.projection == b.projection && a.yfov_rad == b.yfov_rad &&
+         a.ymag_m == b.ymag_m && lens_radius_m(a) == lens_radius_m(b) && focus(a) == focus(b);
+}
+
 Framing::Framing(double aspect) : aspect_(aspect > 0 ? aspect : 0.0) {
   const double tangent = std::tan(0.5 * kFramingFovRad) * kFramedShare;
   across_.tangent = tangent * (aspect > 0 ? aspect : 1.0);

@@ -160,6 +160,64 @@ TEST(Exposure, cameras_and_lamps_are_followed_as_well) {
   EXPECT_GT(swung.shutter.steps, 1U);
 }
 
+TEST(Exposure, a_zoom_to_and_fro_is_followed_and_so_is_a_focus) {
+  const auto camera_with = [](const auto& change) {
+    return [change](double t) {
+      Scene scene = triangle_at(glm::dmat4(1));
+      Camera camera;
+      camera.lens = Lens{.radius_m = 0.1, .focus_distance_m = 2};
+      change(camera, 1 - std::abs(2 * t - 1));
+      scene.cameras = {camera};
+      return scene;
+    };
+  };
+  const auto zooms = [](Camera& camera, double share) { camera.yfov_rad = 0.7 - 0.5 * share; };
+  const auto grows = [](Camera& camera, double share) {
+    camera.projection = Projection::orthographic;
+    camera.ymag_m = 1 + share;
+  };
+  const auto focuses = [](Camera& camera, double share) { camera.lens->focus_distance_m = 2 + 3 * share; };
+  const auto opens = [](Camera& camera, double share) { camera.lens->radius_m = 0.1 + 0.1 * share; };
+  EXPECT_GE(exposed(camera_with(zooms)).shutter.steps, 8U);
+  EXPECT_GE(exposed(camera_with(grows)).shutter.steps, 2U);
+  EXPECT_GE(exposed(camera_with(focuses)).shutter.steps, 8U);
+  EXPECT_GE(exposed(camera_with(opens)).shutter.steps, 2U);
+  EXPECT_TRUE(exposed(camera_with([](Camera&, double) {})).poses.empty());
+}
+
+TEST(Exposure, a_part_of_a_mesh_that_moves_to_and_fro_is_seen_and_so_are_normals) {
+  const auto bends = [](double t) {
+    Scene scene = triangle_at(glm::dmat4(1));
+    std::vector<glm::vec3> positions(3000, glm::vec3(0, 1, 0));
+    positions[1] = {1, 0, 0};
+    positions[1999].x += float(1 - std::abs(2 * t - 1));
+    scene.meshes[0].primitives[0].positions_object = positions;
+    return scene;
+  };
+  EXPECT_TRUE(exposed(bends).moves_surfaces);
+  const auto turns = [](double t) {
+    Scene scene = triangle_at(glm::dmat4(1));
+    const double angle = 1 - std::abs(2 * t - 1);
+    scene.meshes[0].primitives[0].normals_object =
+        std::vector<glm::vec3>(3, glm::vec3(std::sin(angle), 0, std::cos(angle)));
+    return scene;
+  };
+  EXPECT_TRUE(exposed(turns).moves_surfaces);
+}
+
+TEST(Exposure, shapes_that_move_until_the_next_frame_are_named) {
+  Scene scene = triangle_at(glm::dmat4(1));
+  Shape shape;
+  shape.name = "ball";
+  scene.shapes = {shape};
+  Scene next = scene;
+  next.shapes[0].world_from_object = glm::translate(glm::dmat4(1), glm::dvec3(1, 0, 0));
+  add_next_pose(scene, next);
+  ASSERT_EQ(scene.warnings.size(), 1U);
+  EXPECT_TRUE(says(scene.warnings[0], "layer motion: shape 'ball': only the way of the camera is in it"))
+      << scene.warnings[0];
+}
+
 TEST(Exposure, materials_stay_at_the_time_of_the_frame_while_things_move) {
   SceneChoice choice;
   choice.animation.time_s = 0.5;
