@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
 #include <numbers>
 
 #include "film/mattes.h"
@@ -21,22 +22,31 @@ std::vector<double> row_major(const glm::dmat4& m) {
   return values;
 }
 
+// The spaces of a camera are those of OpenEXR's standard attributes (ImfStandardAttributes.h), which are RenderMan's.
+
+/// From the space that glTF's cameras look along -Z of, which OpenEXR's look along +Z of.
+glm::dmat4 camera_from_world(const Camera& camera) {
+  return glm::scale(glm::dmat4(1.0), glm::dvec3(1, 1, -1)) * glm::inverse(camera.world_from_camera);
+}
+
+/// (0, 0) and (1, 1) are the upper left and the lower right corner of the display window.
 glm::dmat4 ndc_from_camera(const Settings& settings) {
   const Camera& camera = settings.camera;
   const double aspect = double(settings.width) / settings.height;
   const bool orthographic = camera.projection == Projection::orthographic;
   const double y = 1.0 / (orthographic ? camera.ymag_m : std::tan(0.5 * camera.yfov_rad));
-  glm::dmat4 matrix(0.0);
-  matrix[0][0] = y / aspect;
-  matrix[1][1] = y;
-  matrix[2][2] = -1;
+  glm::dmat4 clip(0.0);
+  clip[0][0] = y / aspect;
+  clip[1][1] = y;
+  clip[2][2] = 1;
   if (orthographic) {
-    matrix[3][3] = 1;  // z is the depth in metres, as there is no far plane
+    clip[3][3] = 1;  // z is the depth in metres, as there is no far plane
   } else {
-    matrix[2][3] = -1;
-    matrix[3][2] = -0.02;  // near plane at 0.01 m, no far plane
+    clip[2][3] = 1;
+    clip[3][2] = -0.02;  // near plane at 0.01 m, no far plane
   }
-  return matrix;
+  const glm::dmat4 ndc_from_clip = glm::scale(glm::translate(glm::dmat4(1.0), {0.5, 0.5, 0}), {0.5, -0.5, 1});
+  return ndc_from_clip * clip;
 }
 
 /// "'walk', 'blink'"
@@ -79,10 +89,10 @@ Metadata describe_picture(const Prepared& prepared) {
   metadata.numbers["maxDepth"] = settings.max_depth;
   // GLM's matrices act on column vectors, those of OpenEXR on row vectors: the matrices are
   // transposed.
-  const glm::dmat4 camera_from_world = glm::inverse(settings.camera.world_from_camera);
-  metadata.matrices["worldToCamera"] = row_major(glm::transpose(camera_from_world));
+  const glm::dmat4 to_camera = camera_from_world(settings.camera);
+  metadata.matrices["worldToCamera"] = row_major(glm::transpose(to_camera));
   if (settings.camera.projection != Projection::panorama)
-    metadata.matrices["worldToNDC"] = row_major(glm::transpose(ndc_from_camera(settings) * camera_from_world));
+    metadata.matrices["worldToNDC"] = row_major(glm::transpose(ndc_from_camera(settings) * to_camera));
   return metadata;
 }
 

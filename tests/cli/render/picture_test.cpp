@@ -104,17 +104,44 @@ TEST(Picture, an_orthographic_camera_has_no_field_of_view_and_says_where_its_fil
   ASSERT_TRUE(succeeded(here.eikon("render plan.gltf -o out.exr --size 8x4 --spp 2 --quiet")));
   const Metadata metadata = read_metadata(here / "out.exr");
   EXPECT_TRUE(contains(metadata.strings.at("features"), "orthographic"));
-  // Row vectors. A point 4 m to the right and 2 m up of the axis, at any depth, is the upper right corner.
+  // A point 4 m to the right and 2 m up of the axis, at any depth, is the upper right corner.
   const std::vector<double>& to_camera = metadata.matrices.at("worldToCamera");
   const std::vector<double>& to_ndc = metadata.matrices.at("worldToNDC");
-  for (int row = 0; row < 3; ++row) {
-    EXPECT_NEAR(to_ndc[std::size_t(4 * row)], to_camera[std::size_t(4 * row)] / 4, 1e-6);
-    EXPECT_NEAR(to_ndc[std::size_t(4 * row + 1)], to_camera[std::size_t(4 * row + 1)] / 2, 1e-6);
-    EXPECT_EQ(to_ndc[std::size_t(4 * row + 3)], 0);
+  for (std::size_t row = 0; row < 16; row += 4) {
+    const double middle = row == 12 ? 0.5 : 0;
+    EXPECT_NEAR(to_ndc[row], middle + to_camera[row] / 8, 1e-6);
+    EXPECT_NEAR(to_ndc[row + 1], middle - to_camera[row + 1] / 4, 1e-6);
+    EXPECT_EQ(to_ndc[row + 3], row == 12 ? 1 : 0);
   }
-  EXPECT_EQ(to_ndc[15], 1);
   ASSERT_TRUE(
       succeeded(here.eikon("render plan.gltf -o out.exr --size 8x4 --spp 2 --quiet --look-at 0,0,9:0,0,0 --fov 9")));
+}
+
+// ImfStandardAttributes.h: in the camera's space what is ahead has positive z; (0, 0) and (1, 1) are the upper left and the
+// lower right corner of the picture.
+TEST(Picture, its_matrices_are_those_of_openexr) {
+  const Workplace here;
+  ASSERT_TRUE(succeeded(here.eikon("render " + scene("sphere_in_sky.gltf") +
+                                   " -o out.exr --size 8x4 --spp 2 --quiet --look-at 1,2,5:1,2,4 --fov 90")));
+  const Metadata metadata = read_metadata(here / "out.exr");
+  const auto transformed = [&](const char* name, const std::array<double, 4>& point) {
+    const std::vector<double>& matrix = metadata.matrices.at(name);
+    std::array<double, 4> result{};
+    for (std::size_t i = 0; i < 4; ++i)
+      for (std::size_t k = 0; k < 4; ++k) result[k] += point[i] * matrix[4 * i + k];
+    return result;
+  };
+  // Three metres ahead of the camera: the picture is six metres high there and twelve wide.
+  const std::array<double, 4> seen = transformed("worldToCamera", {1.5, 2.25, 2, 1});
+  EXPECT_NEAR(seen[0], 0.5, 1e-6);
+  EXPECT_NEAR(seen[1], 0.25, 1e-6);
+  EXPECT_NEAR(seen[2], 3, 1e-6);
+  const std::array<double, 4> corner = transformed("worldToNDC", {1 - 6, 2 + 3, 2, 1});
+  EXPECT_NEAR(corner[0] / corner[3], 0, 1e-6);
+  EXPECT_NEAR(corner[1] / corner[3], 0, 1e-6);
+  const std::array<double, 4> other = transformed("worldToNDC", {1 + 6, 2 - 3, 2, 1});
+  EXPECT_NEAR(other[0] / other[3], 1, 1e-6);
+  EXPECT_NEAR(other[1] / other[3], 1, 1e-6);
 }
 
 TEST(Picture, a_panorama_is_twice_as_wide_as_high_and_has_no_film_to_place) {
