@@ -2,6 +2,7 @@
 #include "pack/lights/emissive_texture.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 
@@ -61,6 +62,11 @@ EmissiveTextures::Place EmissiveTextures::place_of(const TextureRecord& texture,
           .y = (double(texture.v_u) * u + double(texture.v_v) * v + double(texture.v_1)) * texture.height};
 }
 
+EmissiveTextures::Place EmissiveTextures::between(const Corners& corners, const glm::dvec3& weights) {
+  return {.x = weights[0] * corners[0].x + weights[1] * corners[1].x + weights[2] * corners[2].x,
+          .y = weights[0] * corners[0].y + weights[1] * corners[1].y + weights[2] * corners[2].y};
+}
+
 std::span<const std::uint32_t> EmissiveTextures::texels_of(const TextureRecord& texture) const {
   std::uint64_t first = 0;
   for (const std::span<const std::uint32_t> part : packed_.texels) {
@@ -88,7 +94,7 @@ const EmissiveTextures::LitTexels& EmissiveTextures::lit_texels(const TextureRec
   return lit;
 }
 
-bool EmissiveTextures::may_emit(const TextureRecord& texture, std::uint32_t channels, const Place (&corners)[3]) {
+bool EmissiveTextures::may_emit(const TextureRecord& texture, std::uint32_t channels, const Corners& corners) {
   const LitTexels& lit = lit_texels(texture, channels);
   const auto [x_lo, x_hi] = std::minmax({corners[0].x, corners[1].x, corners[2].x});
   const auto [y_lo, y_hi] = std::minmax({corners[0].y, corners[1].y, corners[2].y});
@@ -100,16 +106,16 @@ bool EmissiveTextures::may_emit(const TextureRecord& texture, std::uint32_t chan
   return sum(right + 1, bottom + 1) - sum(left, bottom + 1) - sum(right + 1, top) + sum(left, top) != 0;
 }
 
-glm::dvec3 EmissiveTextures::lookup(const TextureRecord& texture, Place place) const {
+glm::dvec4 EmissiveTextures::lookup(const TextureRecord& texture, Place place) const {
   const std::span<const std::uint32_t> texels = texels_of(texture);
   const auto texel = [&](double x, double y) {
     const std::uint32_t word =
         texels[std::size_t{wrapped(y, axis_v(texture))} * texture.width + wrapped(x, axis_u(texture))];
-    glm::dvec3 color;
-    for (int c = 0; c < 3; ++c) {
+    glm::dvec4 color;
+    for (int c = 0; c < 4; ++c) {
       const std::uint32_t code = (word >> (8 * c)) & 255U;
-      color[c] =
-          (texture.flags & EK_TEXTURE_SRGB) != 0 ? double(std::bit_cast<float>(packed_.texels[0][code])) : code / 255.0;
+      const bool is_srgb = c < 3 && (texture.flags & EK_TEXTURE_SRGB) != 0;
+      color[c] = is_srgb ? double(std::bit_cast<float>(packed_.texels[0][code])) : code / 255.0;
     }
     return color;
   };
@@ -128,50 +134,85 @@ double mean_factor(const MaterialRecord& m) {
 }  // namespace
 
 double EmissiveTextures::mean_emission(std::uint32_t index) {
-  const MaterialRecord& material = packed_.materials[packed_.triangles[index].material];
-  if (material.emissive_texture == EK_NO_TEXTURE || !(mean_factor(material) > 0)) return mean_factor(material);
-  const TextureRecord& texture = packed_.textures[material.emissive_texture];
-  Place corners[3];
-  for (int k = 0; k < 3; ++k) corners[k] = corner_place(index, texture, k);
-  return mean_between(material, corners);
+  const Triangle& triangle = packed_.triangles[index];
+  const MaterialRecord& material = packed_.materials[triangle.material];
+  Part part = part_of(triangle, material);
+  if (!part.emission && !part.opacity && !part.is_passable) return mean_factor(material);
+  for (int k = 0; k < 3; ++k) {
+    if (part.emission) part.emission_at[k] = corner_place(index, *part.emission, k);
+    if (part.opacity) part.opacity_at[k] = corner_place(index, *part.opacity, k);
+  }
+  if (index < packed_.colors.size()) {
+    const TriangleColors& colors = packed_.colors[index];
+    part.alpha = {double(colors.a0), double(colors.a1), double(colors.a2)};
+  }
+  return mean_over(material, part);
 }
 
 double EmissiveTextures::mean_emission_of_whole_texture(std::uint32_t index) {
-  const MaterialRecord& material = packed_.materials[packed_.triangles[index].material];
-  if (material.emissive_texture == EK_NO_TEXTURE || !(mean_factor(material) > 0)) return mean_factor(material);
-  const TextureRecord& texture = packed_.textures[material.emissive_texture];
-  const Place a = place_of(texture, 0, 0), b = place_of(texture, 1, 0), c = place_of(texture, 0, 1),
-              d = place_of(texture, 1, 1);
-  return 0.5 * (mean_between(material, {a, b, c}) + mean_between(material, {d, c, b}));
+  const Triangle& box = packed_.triangles[index];
+  const MaterialRecord& material = packed_.materials[box.material];
+  Part part = part_of(box, material);
+  if (!part.emission && !part.opacity && !part.is_passable) return mean_factor(material);
+  double sum = 0;
+  for (const std::array<glm::dvec2, 3>& half : {std::array{glm::dvec2(0, 0), glm::dvec2(1, 0), glm::dvec2(0, 1)},
+                                                std::array{glm::dvec2(1, 1), glm::dvec2(0, 1), glm::dvec2(1, 0)}}) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (part.emission) part.emission_at[k] = place_of(*part.emission, half[k].x, half[k].y);
+      if (part.opacity) part.opacity_at[k] = place_of(*part.opacity, half[k].x, half[k].y);
+    }
+    sum += mean_over(material, part);
+  }
+  return 0.5 * sum;
 }
 
-double EmissiveTextures::mean_between(const MaterialRecord& material, const Place (&corners)[3]) {
-  const TextureRecord& texture = packed_.textures[material.emissive_texture];
+EmissiveTextures::Part EmissiveTextures::part_of(const Triangle& triangle, const MaterialRecord& material) const {
+  Part part;
+  if (!(mean_factor(material) > 0)) return part;
+  if (material.emissive_texture != EK_NO_TEXTURE) part.emission = &packed_.textures[material.emissive_texture];
+  part.is_passable = (triangle.flags & EK_TRIANGLE_ALPHA_TESTED) != 0;
+  if (part.is_passable && material.base_color_texture != EK_NO_TEXTURE)
+    part.opacity = &packed_.textures[material.base_color_texture];
+  return part;
+}
+
+double EmissiveTextures::opacity_of(const MaterialRecord& material, const Part& part, const glm::dvec3& weights) const {
+  double opacity = double(material.opacity) * glm::dot(weights, part.alpha);
+  if (part.opacity) opacity *= lookup(*part.opacity, between(part.opacity_at, weights)).w;
+  if ((material.flags & EK_MATERIAL_MASK) != 0) return opacity >= double(material.alpha_cutoff) ? 1 : 0;
+  return opacity;
+}
+
+double EmissiveTextures::mean_over(const MaterialRecord& material, const Part& part) {
   const glm::dvec3 factor(material.emission_r, material.emission_g, material.emission_b);
   const double all = mean_factor(material);
   std::uint32_t channels = 0;
   for (int c = 0; c < 3; ++c) channels |= factor[c] > 0 ? 255U << (8 * c) : 0;
-  if (!may_emit(texture, channels, corners)) return 0;
+  if (part.emission && !may_emit(*part.emission, channels, part.emission_at)) return 0;
 
   // Sums over the middles of n^2 equal parts. A part is about a texel, as long as there are not too
   // many.
-  const auto longest = [&](int a, int b) {
-    return std::max(std::abs(corners[a].x - corners[b].x), std::abs(corners[a].y - corners[b].y));
-  };
-  const double texels = std::max({longest(0, 1), longest(1, 2), longest(2, 0)});
+  double texels = 0;
+  for (const auto* corners : {&part.emission_at, &part.opacity_at})
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Place a = (*corners)[k], b = (*corners)[(k + 1) % 3];
+      texels = std::max({texels, std::abs(a.x - b.x), std::abs(a.y - b.y)});
+    }
   const int n = texels < 64 ? std::max(int(texels), 4) : 64;  // NaN: 64
   double sum = 0;
   for (int i = 0; i < n; ++i)
     for (int j = 0; j < 2 * i + 1; ++j) {  // row i from the first corner: 2 i + 1 parts, every second upside down
       const double down = (i + (j % 2 == 0 ? 2.0 : 1.0) / 3) / n, across = (j / 2 + (j % 2 == 0 ? 1.0 : 2.0) / 3) / n;
-      const double w1 = down - across, w2 = across, w0 = 1 - down;
-      const Place place{.x = w0 * corners[0].x + w1 * corners[1].x + w2 * corners[2].x,
-                        .y = w0 * corners[0].y + w1 * corners[1].y + w2 * corners[2].y};
-      const glm::dvec3 emission = factor * lookup(texture, place);
-      sum += (emission.x + emission.y + emission.z) / 3;
+      const glm::dvec3 weights(1 - down, down - across, across);
+      double radiance = all;
+      if (part.emission) {
+        const glm::dvec3 emission = factor * glm::dvec3(lookup(*part.emission, between(part.emission_at, weights)));
+        radiance = (emission.x + emission.y + emission.z) / 3;
+      }
+      sum += part.is_passable ? radiance * opacity_of(material, part, weights) : radiance;
     }
   // The sum is at least a sixteenth of one point's emission, because all points may have missed the
-  // lit texels.
+  // texels that are lit, or that stop light.
   return std::max(sum, 0x1p-4 * all) / (double(n) * n);
 }
 

@@ -2,6 +2,8 @@
 // These tests show that look_at_light, which packs no lights, finds what packing them gives.
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "pack/geometry/instanced_meshes.h"
 #include "pack/pack.h"
 
@@ -32,7 +34,7 @@ Primitive strips(std::uint32_t count, bool flat, std::uint32_t material) {
 /// More emissive triangles than are looked at together, of which some form pairs and some have textures; shapes and other lights.
 Scene bright_scene() {
   Scene scene;
-  Material even, textured, dark;
+  Material even, textured, dark, veil;
   even.name = "even";
   even.emission = {1, 2, 3};
   textured.name = "textured";
@@ -43,12 +45,19 @@ Scene bright_scene() {
   image.width = 2, image.height = 1;
   image.rgba8 = {0xff80ff00U, 0xff000010U};
   scene.images.push_back(image);
-  scene.materials = {even, textured, dark};
+  veil.name = "veil";
+  veil.emission = glm::vec3(2);
+  veil.alpha_mode = AlphaMode::blend;
+  veil.opacity = 0.5F;
+  veil.base_color_texture = Texture{};
+  scene.materials = {even, textured, dark, veil};
   scene.meshes = {{"even", {strips(30'000, true, 0)}},
                   {"uneven", {strips(10'000, false, 0), strips(9'000, false, 1)}},
-                  {"dark", {strips(3, false, 2)}}};
-  scene.nodes.resize(4);
+                  {"dark", {strips(3, false, 2)}},
+                  {"veil", {strips(100, false, 3)}}};
+  scene.nodes.resize(5);
   for (std::uint32_t i = 0; i < 3; ++i) scene.nodes[i].mesh = i;
+  scene.nodes[4].mesh = 3;
   scene.nodes[3].mesh = 0;
   scene.nodes[3].world_from_object[3] = {0, 0, 5, 1};
   PunctualLight bulb, sun;
@@ -103,6 +112,48 @@ TEST(LightOverview, is_that_of_a_scene_whose_lights_have_no_tree) {
   expect_same(scene, settings);
   scene.nodes.erase(scene.nodes.begin());
   expect_same(scene, settings);
+}
+
+/// A square of 1 m2 whose light is 2 in each direction, with some opacity.
+Scene square_of(const Material& material, std::vector<glm::vec4> colors = {}) {
+  Scene scene;
+  Primitive primitive;
+  primitive.positions_object = std::vector<glm::vec3>{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+  primitive.uv[0] = std::vector<glm::vec2>{{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  primitive.indices = {0, 1, 2, 0, 2, 3};
+  primitive.colors = std::move(colors);
+  scene.meshes = {{"square", {primitive}}};
+  scene.materials = {material};
+  scene.materials[0].emission = glm::vec3(2);
+  scene.nodes.resize(1);
+  TextureImage image;
+  image.width = 2, image.height = 1;
+  image.rgba8 = {0xffffffffU, 0x33ffffffU};  // opacity 1 in the left half, .2 in the right one
+  scene.images.push_back(image);
+  return scene;
+}
+
+double flux_of(const Scene& scene) {
+  const Settings settings;
+  const LightOverview light = look_at_light(scene, Features(scene, settings), settings);
+  return light.packed.light_summary.at(0).flux;
+}
+
+TEST(LightOverview, a_light_that_lets_light_pass_has_the_flux_of_what_stops_it) {
+  const double whole = 2 * std::numbers::pi;
+  Material veil;
+  EXPECT_NEAR(flux_of(square_of(veil)), whole, 1e-6);
+  veil.opacity = 0.25F;
+  EXPECT_NEAR(flux_of(square_of(veil)), whole, 1e-6) << "opaque, whatever its factor is";
+  veil.alpha_mode = AlphaMode::blend;
+  EXPECT_NEAR(flux_of(square_of(veil)), whole / 4, 1e-6);
+  EXPECT_NEAR(flux_of(square_of(veil, std::vector<glm::vec4>(4, glm::vec4(1, 1, 1, 0.5F)))), whole / 8, 1e-6);
+  veil.base_color_texture = Texture{};
+  veil.base_color_texture->filter = TextureFilter::nearest;
+  EXPECT_NEAR(flux_of(square_of(veil)), whole / 4 * 0.6, 0.02 * whole);
+  veil.opacity = 1;
+  veil.alpha_mode = AlphaMode::mask;
+  EXPECT_NEAR(flux_of(square_of(veil)), whole / 2, 0.02 * whole);
 }
 
 }  // namespace
