@@ -6,8 +6,8 @@
 // with E the directional albedo of microfacets that reflect all light, E_avg its cosine-weighted
 // mean, and F_ms the colour that more reflections leave. The lobe is reciprocal, and has exactly
 // the energy that the table says is lost. Anisotropic metal uses the albedo tables of specular
-// layers, which give at most 0.11 too little, 0.03 on average. Anisotropic glass uses the geometric
-// mean of its alphas, a guess.
+// layers, which give at most 0.11 too little, 0.03 on average. Anisotropic glass uses the
+// tables of isotropic glass that loses as much.
 #ifndef EK_MULTIPLE_SCATTERING_H
 #define EK_MULTIPLE_SCATTERING_H
 #include "bsdf/anisotropic_albedo.h"
@@ -98,7 +98,12 @@ EK_FN vf glass_one_minus_E_avg(GlassTable at, vu side, vf alpha) {
   return mix_f(here, next, at.layer.weight);
 }
 
-/// The isotropic alpha that stands for both.
-EK_FN vf glass_alpha(GgxAlpha alpha) { return EK_HAS_anisotropy ? sqrt_f(alpha.x * alpha.y) : alpha.y; }
+/// The isotropic alpha whose glass loses as much light as this one does: about the middle between the mean of both alphas and the
+/// root of their mean square. It was found in white furnaces of spheres, where with strengths of .3 to 1 it is within 13 % of the
+/// right one; the geometric mean was a tenth to two thirds of it.
+EK_FN vf glass_alpha(GgxAlpha alpha) {
+  if (!EK_HAS_anisotropy) return alpha.y;
+  return 0.25f * (alpha.x + alpha.y) + 0.5f * sqrt_f(0.5f * (alpha.x * alpha.x + alpha.y * alpha.y));
+}
 
 #endif
