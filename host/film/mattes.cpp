@@ -71,18 +71,15 @@ Mattes make_mattes(const Scene& scene, const std::vector<std::string>& layers) {
 
 std::vector<std::string> object_names(const Scene& scene) {
   std::vector<std::string> names;
-  const auto add_name = [&](const std::string& name) {
-    names.push_back(name.empty() ? fmt::format("node {}", names.size() + 1) : name);
-  };
-  for (const Node& node : scene.nodes) add_name(node.name);
-  for (const Shape& shape : scene.shapes) add_name(shape.name);
+  for (const Node& node : scene.nodes) names.push_back(node.name);
+  for (const Shape& shape : scene.shapes) names.push_back(shape.name);
   return names;
 }
 
 std::vector<std::string> material_names(const Scene& scene) {
   std::vector<std::string> names;
   for (const Material& material : scene.materials)
-    names.push_back(material.name.empty() ? fmt::format("material {}", names.size() + 1) : material.name);
+    names.push_back(material.name.empty() ? fmt::format("material {}", names.size()) : material.name);
   return names;
 }
 

@@ -211,7 +211,7 @@ void place_node(const SceneSource& source, const PlacedNode& placed, std::size_t
     if (scene.nodes.size() == kMaxInstances)
       node.view.refuse(fmt::format("more than {} meshes are placed; use fewer instances", kMaxInstances));
     check_instance(world_from_object, scene.meshes[mesh], extent, node.view.label());
-    scene.nodes.push_back({.name = node.name,
+    scene.nodes.push_back({.name = node.shown_name(),
                            .world_from_object = world_from_object,
                            .mesh = static_cast<std::uint32_t>(mesh),
                            .light_group = light_group,

@@ -35,7 +35,7 @@ struct ShapeKindInfo {
 
 /// A shape as a node places it.
 struct Shape {
-  std::string name;  // of the node
+  std::string name;  // of the node, or "node 3" if the file has none
   ShapeKind kind{};
   std::array<double, kShapeParameters> size{};  // metres of the node's space, in the order of shape_kinds(); implicit: half the bounds
   glm::dvec3 middle{0.0};                       // implicit: of the bounds

@@ -43,6 +43,9 @@ struct GltfNode {
   // absent.
   std::vector<double> matrix, translation, rotation_xyzw, scale;
   std::vector<double> weights;  // in place of the mesh's; empty: the mesh's count
+
+  /// Its name, or "node 3".
+  [[nodiscard]] std::string shown_name() const { return name.empty() ? view.label() : name; }
 };
 
 /// A document of which every index, type and required member has been checked, but for the parts

@@ -72,7 +72,7 @@ void ImplicitSurfaceReader::add(const PlacedNode& placed) {
   const JsonView view{.value = *as_object(extensions, kImplicitExtension), .kind = kImplicitExtension, .parent = &node};
   const auto material = as_index(view, "material", count_of(document_, "materials"), "material");
   Shape shape;
-  shape.name = placed.node.name;
+  shape.name = placed.node.shown_name();
   shape.kind = ShapeKind::implicit;
   shape.world_from_object = placed.world_from_object;
   shape.formula = formula(view);

@@ -104,7 +104,7 @@ void add_shape(const Json& document, const PlacedNode& placed, MaterialReader& m
   const auto material = as_index(view, "material", count_of(document, "materials"), "material");
 
   Shape shape;
-  shape.name = placed.node.name;
+  shape.name = placed.node.shown_name();
   shape.world_from_object = placed.world_from_object;
   const ShapeKindInfo& info = kind_of(shape_view);
   shape.kind = info.kind;

@@ -51,6 +51,16 @@ TEST(SceneMaterials, materials_that_nothing_uses_keep_their_number_and_ask_for_n
   EXPECT_TRUE(scene.unsupported.empty());
 }
 
+TEST(SceneMaterials, a_node_without_a_name_is_called_by_its_number_in_the_file) {
+  Builder builder;
+  builder.json["nodes"].insert(builder.json["nodes"].begin(), Json::object());
+  builder.json["nodes"][1].erase("name");
+  builder.json["scenes"][0]["nodes"] = {1};
+  const Scene scene = builder.load();
+  ASSERT_EQ(scene.nodes.size(), 1U);
+  EXPECT_EQ(scene.nodes[0].name, "node 1");
+}
+
 TEST(SceneMaterials, features_outside_materials_are_named_with_their_owner) {
   Builder builder;
   builder.json["extensions"] = {{"ACME_weather", {{"rain", 1}}}};
