@@ -56,6 +56,31 @@ std::vector<GivenFlag> given_flags(const CLI::App& app) {
 constexpr const char* kAbout =
     "an OpenCL wavefront path tracer. Renders glTF 2.0 scenes to OpenEXR images that state their own error.";
 
+/// Says which command is missing or not there; nothing if all are.
+/// words  of the command line, in their order
+std::optional<std::string> wrong_command(const CLI::App& root, const std::vector<std::string>& words) {
+  const CLI::App* at = &root;
+  const auto below = [&] { return at->get_subcommands([](const CLI::App*) { return true; }); };
+  std::string typed = root.get_name();
+  const auto listed = [&] {
+    std::vector<std::string> names;
+    for (const CLI::App* app : below()) names.push_back(app->get_name());
+    return fmt::format("{}", fmt::join(names, ", "));
+  };
+  for (const std::string& word : words) {
+    if (below().empty()) return std::nullopt;
+    if (word.starts_with('-')) continue;
+    const auto commands = below();
+    const auto it = std::ranges::find_if(commands, [&](const CLI::App* app) { return app->get_name() == word; });
+    if (it == commands.end())
+      return fmt::format("{}: there is no command {}; there is {}", typed, in_quotes(word), listed());
+    at = *it;
+    typed += " " + word;
+  }
+  if (below().empty()) return std::nullopt;
+  return fmt::format("{}: a command is missing; there is {}", typed, listed());
+}
+
 void set_up_root(CLI::App& app, const std::string& footer, const std::function<void(CommandFlags)>& add_flags) {
   app.name("eikon");
   app.description(fmt::format("eikon: {}", kAbout));
@@ -184,13 +209,12 @@ std::optional<int> parse_command_line(int argc, char** argv, const std::string& 
   set_up_root(app, footer, add_flags);
   std::vector<std::string> words = join_json_dash(argc, argv);
   require_values(words);
-  std::ranges::reverse(words);  // as CLI11 takes them
   try {
-    app.parse(std::move(words));
+    app.parse(std::vector<std::string>(words.rbegin(), words.rend()));  // the last first, as CLI11 takes them
   } catch (const CLI::Success& success) {
     return app.exit(success);
   } catch (const CLI::ParseError& error) {
-    throw UsageError(fmt::format("{}; try `eikon --help`", error.what()));
+    throw UsageError(fmt::format("{}; try `eikon --help`", wrong_command(app, words).value_or(error.what())));
   }
   return std::nullopt;
 }

@@ -22,7 +22,7 @@ enum {
 };
 
 // Points near the plane of the camera would be anywhere; what is further away than this is far outside of any picture.
-#define EK_MOST_MOTION 65536.0f
+#define EK_MOST_MOTION 65504.0f  // the largest half float
 
 typedef struct {
   vf x, y;  // pixels from the middle of the picture

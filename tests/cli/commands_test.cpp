@@ -27,6 +27,20 @@ TEST(Commands, names_of_files_cannot_rewrite_the_terminal) {
   }
 }
 
+TEST(Commands, one_that_is_missing_or_not_there_is_named_with_those_that_are) {
+  const Workplace here;
+  const std::pair<const char*, const char*> cases[] = {
+      {"rendr a.gltf -o a.exr", "eikon: there is no command 'rendr'; there is render, batch"},
+      {"bench frames", "eikon bench: there is no command 'frames'; there is rays, scene"},
+      {"bench", "eikon bench: a command is missing; there is rays, scene"},
+      {"", "eikon: a command is missing; there is render, batch"}};
+  for (const auto& [words, said] : cases) {
+    const Outcome outcome = here.eikon(words);
+    EXPECT_TRUE(refused(outcome, kUsage)) << words;
+    EXPECT_TRUE(contains(outcome.err, said)) << outcome.err;
+  }
+}
+
 TEST(Commands, help_of_each_shows_an_example) {
   const Workplace here;
   const Outcome all = here.eikon("--help");

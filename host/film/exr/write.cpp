@@ -13,6 +13,7 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -190,11 +191,13 @@ void add_metadata(Imf::Header& header, const Metadata& metadata) {
 /// Throws if a value becomes infinite as half. 65520 (65504 plus half a step) is the least
 /// magnitude that does.
 void refuse_overflow(const Source& source, float value, std::uint32_t x, std::uint32_t y) {
-  if (source.type == Imf::HALF && std::isfinite(value) && std::abs(value) >= 65520.0f)
-    throw HalfOverflow(
-        fmt::format("--half: {} at pixel {},{} in channel {} is beyond the range of half floats (65504): "
-                    "leave --half out or scale the lights down",
-                    value, x, y, source.name));
+  if (source.type != Imf::HALF || !std::isfinite(value) || std::abs(value) < 65520.0f) return;
+  const bool is_place = std::ranges::any_of(std::array{"depth", "position", "uv"},
+                                            [&](const char* layer) { return source.name.starts_with(layer); });
+  throw HalfOverflow(
+      fmt::format("--half: {} at pixel {},{} in channel {} is beyond the range of half floats (65504): "
+                  "leave --half out{}",
+                  value, x, y, source.name, is_place ? "" : " or scale the lights down"));
 }
 
 /// Converts a row of a channel: floats to their bits, halves in the low bytes.
