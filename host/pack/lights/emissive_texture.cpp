@@ -198,7 +198,7 @@ double EmissiveTextures::mean_over(const MaterialRecord& material, const Part& p
       const Place a = (*corners)[k], b = (*corners)[(k + 1) % 3];
       texels = std::max({texels, std::abs(a.x - b.x), std::abs(a.y - b.y)});
     }
-  const int n = texels < 64 ? std::max(int(texels), 4) : 64;  // NaN: 64
+  const int n = texels < 64 ? std::max(int(texels), 4) : 64;
   double sum = 0;
   for (int i = 0; i < n; ++i)
     for (int j = 0; j < 2 * i + 1; ++j) {  // row i from the first corner: 2 i + 1 parts, every second upside down
