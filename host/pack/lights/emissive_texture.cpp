@@ -138,9 +138,9 @@ double EmissiveTextures::mean_emission(std::uint32_t index) {
   const MaterialRecord& material = packed_.materials[triangle.material];
   Part part = part_of(triangle, material);
   if (!part.emission && !part.opacity && !part.is_passable) return mean_factor(material);
-  for (int k = 0; k < 3; ++k) {
-    if (part.emission) part.emission_at[k] = corner_place(index, *part.emission, k);
-    if (part.opacity) part.opacity_at[k] = corner_place(index, *part.opacity, k);
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (part.emission) part.emission_at[k] = corner_place(index, *part.emission, int(k));
+    if (part.opacity) part.opacity_at[k] = corner_place(index, *part.opacity, int(k));
   }
   if (index < packed_.colors.size()) {
     const TriangleColors& colors = packed_.colors[index];
