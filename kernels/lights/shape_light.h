@@ -80,8 +80,12 @@ EK_FN ShapeView shape_view(ShapeLanes s, ShapeWorldLanes world, v3 p) {
   const v3 ones = V3((vf)(1.0f), (vf)(1.0f), (vf)(1.0f));
   const v3 rounding = scale3(abs3(p), (vf)(0x1p-20f));
   const v3 of_p = V3(dot3(abs3(s.x), rounding), dot3(abs3(s.y), rounding), dot3(abs3(s.z), rounding));
-  const ShapeView view = {s, shape_vector(s, sub3(p, s.center)), add3(scale3(shape_slack(s, world, ones), (vf)(4.0f)), of_p),
-                          world.part_m2};
+  v3 slack = add3(scale3(shape_slack(s, world, ones), (vf)(4.0f)), of_p);
+  if (EK_HAS_opacity) {  // with endless slack every point counts as inside
+    const v3 endless = V3(EK_INFINITY, EK_INFINITY, EK_INFINITY);
+    slack = select3(world.formula == EK_SHAPE_SHOWS_INSIDE, endless, slack);
+  }
+  const ShapeView view = {s, shape_vector(s, sub3(p, s.center)), slack, world.part_m2};
   return view;
 }
 

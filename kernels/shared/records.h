@@ -53,6 +53,7 @@ EK_BEGIN
 
 // Light.flags
 #define EK_LIGHT_DOUBLE_SIDED 1u
+#define EK_SHAPE_SHOWS_INSIDE 1u  // its inside emits and is seen through its openings, so light sampling chooses among all of it
 #define EK_LIGHT_QUAD 2u  // the parallelogram with sides p1 - p0 and p2 - p0: `triangle` and the
                                   // one after it
 #define EK_LIGHT_GROUP_SHIFT 8    // the rest: its light group

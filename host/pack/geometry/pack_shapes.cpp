@@ -58,7 +58,9 @@ void pack_shapes(const Scene& scene, const Features& features, PackedScene& pack
     ShapeRecord record = record_of(own, shape.kind);
     record.middle_x = float(shape.middle.x), record.middle_y = float(shape.middle.y),
     record.middle_z = float(shape.middle.z);
-    record.formula = shape.formula;
+    const Material& material = scene.materials[shape.material];
+    const bool has_openings = passable.has(shape.material) && shape.kind != ShapeKind::implicit;
+    record.formula = has_openings && material.double_sided ? EK_SHAPE_SHOWS_INSIDE : shape.formula;
     packed.shapes.push_back(record);
     const glm::dvec3 center(record.center_x, record.center_y, record.center_z);
     const glm::dvec3 lo = center - own.half * (1 + kSlack), hi = center + own.half * (1 + kSlack);
@@ -73,9 +75,9 @@ void pack_shapes(const Scene& scene, const Features& features, PackedScene& pack
     t.material = shape.material;
     t.node = std::uint32_t(scene.nodes.size() + i);
     t.n_x = std::bit_cast<float>(std::uint32_t(i));
-    t.flags = passable.has(shape.material) && shape.kind != ShapeKind::implicit ? EK_TRIANGLE_ALPHA_TESTED : 0;
-    t.flags |= surface_flags(scene.materials[shape.material], nullptr);
-    t.flags |= light_group(shape.light_group, scene.materials[shape.material]) << EK_TRIANGLE_GROUP_SHIFT;
+    t.flags = has_openings ? EK_TRIANGLE_ALPHA_TESTED : 0;
+    t.flags |= surface_flags(material, nullptr);
+    t.flags |= light_group(shape.light_group, material) << EK_TRIANGLE_GROUP_SHIFT;
     packed.triangles.push_back(t);
   }
   // The fields that only triangles have are never read, or mean that there is none.

@@ -102,6 +102,43 @@ TEST(LightShapes, L4_a_sphere_under_a_stretched_node_is_the_ellipsoid_that_trian
   }
 }
 
+// Where rays pass half of the near side, the inside of the far one is seen as well.
+TEST(LightShapes, a_sphere_with_openings_lights_by_both_of_its_sides) {
+  const double alpha = 0.5, opaque = kPi * 0.25;  // of a sphere of radius .5 at distance 1
+  for (const bool both : {false, true})
+    for (const LightSampling way : kWays) {
+      auto [scene, settings] = patch(0, 1e-3, 4096, way);
+      Material veil = lambert(0, 1);
+      veil.alpha_mode = AlphaMode::blend;
+      veil.opacity = float(alpha);
+      veil.double_sided = both;
+      add_shape(scene, shape_of(ShapeKind::sphere, {0.5}, at({0, 1, 0})), veil);
+      const double expected = opaque * (alpha + (both ? (1 - alpha) * alpha : 0));
+      EXPECT_TRUE(agrees(mean_of(film_of(scene, settings)), expected / kPi, 6, 1e-4)) << "way " << int(way);
+    }
+}
+
+TEST(LightShapes, each_kind_with_openings_gives_the_same_light_by_each_way_of_finding_it) {
+  const std::pair<ShapeKind, std::array<double, 3>> kinds[] = {
+      {ShapeKind::box, {0.5, 0.4, 0.3}}, {ShapeKind::cylinder, {0.4, 0.2, 0.5}}, {ShapeKind::capsule, {0.3, 0.2, 0.4}}};
+  for (const auto& [kind, size] : kinds) {
+    std::array<MeanAndError, 3> found;
+    for (std::size_t way = 0; way < found.size(); ++way) {
+      auto [scene, settings] = patch(0.3, 1e-3, 4096, kWays[way]);
+      settings.seed = std::uint32_t(way);
+      Material veil = lambert(0, 1);
+      veil.alpha_mode = AlphaMode::blend;
+      veil.opacity = 0.4F;
+      veil.double_sided = true;
+      add_shape(scene, shape_of(kind, size, at({0.1, 1, 0.2}) * askew()), veil);
+      found[way] = mean_of(film_of(scene, settings));
+    }
+    for (std::size_t way = 0; way < 2; ++way)
+      EXPECT_TRUE(agrees({found[way].mean, std::hypot(found[way].sigma, found[2].sigma)}, found[2].mean, 6, 1e-4))
+          << shape_kind(kind).name << ", way " << way;
+  }
+}
+
 TEST(LightShapes, L5_a_tiny_sphere_is_a_point_light) {
   for (const double radius : {1e-2, 1e-4, 1e-6})
     for (const double tilt : {0.0, kPi / 3}) {
