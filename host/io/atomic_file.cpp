@@ -115,6 +115,20 @@ void remove_left_behind(const std::filesystem::path& real) {
   }
 }
 
+/// True if a path leads to an open stream of a process, as /dev/stdout does. It may be a file that others append to, or a pipe.
+bool is_stream(std::filesystem::path file) {
+  constexpr int kMostLinks = 40;  // as Linux follows
+  for (int i = 0; i < kMostLinks; ++i) {
+    std::error_code error;
+    const std::filesystem::path folder = std::filesystem::weakly_canonical(file.parent_path(), error);
+    if (!error && folder.filename() == "fd" && folder.native().starts_with("/proc/")) return true;
+    const std::filesystem::path to = std::filesystem::read_symlink(file, error);
+    if (error) return false;
+    file = file.parent_path() / to;
+  }
+  return false;
+}
+
 /// Standard output as it was when a file was first named "-"; what is printed goes to stderr from
 /// then on.
 int standard_output() {
@@ -153,6 +167,11 @@ AtomicFile::AtomicFile(const std::filesystem::path& path) {
     if (descriptor_ < 0) fail_with(path_, errno);
     return;
   }
+  if (is_stream(path))
+    throw InputError(
+        fmt::format("cannot write \"{}\": it is an open stream, and files are written whole: choose a file, or - for "
+                    "standard output",
+                    path.string()));
   std::error_code why;
   const auto status = std::filesystem::status(path_, why);
   // The temporary file has a short name, so a name that is too long would be found only when that is renamed.

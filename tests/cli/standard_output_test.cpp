@@ -63,6 +63,20 @@ TEST(StandardOutput, takes_one_output_and_no_checkpoint_or_series) {
   EXPECT_TRUE(contains(batch.err, "jobs.txt:1: a job of a batch cannot write to standard output")) << batch.err;
 }
 
+// A file takes the place of the one that it replaces, which here others append to.
+TEST(StandardOutput, by_its_path_is_refused_and_keeps_what_was_written_to_it) {
+  const Workplace here;
+  here.write("lines.txt", "earlier\n");
+  std::filesystem::create_symlink("/dev/stdout", here / "link.json");
+  for (const char* path : {"/dev/stdout", "/dev/fd/1", "/proc/self/fd/1", "link.json"}) {
+    const Outcome outcome =
+        here.shell(Workplace::binary() + " " + cornell("--size 4x4 --spp 1 --quiet --stats ") + path + " >> lines.txt");
+    EXPECT_TRUE(refused(outcome, kInput)) << path;
+    EXPECT_TRUE(contains(outcome.err, "it is an open stream")) << outcome.err;
+    EXPECT_EQ(read_bytes(here / "lines.txt"), "earlier\n") << path;
+  }
+}
+
 TEST(StandardOutput, that_is_full_is_an_error) {
   const Workplace here;
   const Outcome outcome = here.shell(Workplace::binary() + " " + cornell("--size 4x4 --spp 1 --stats - > /dev/full"));
