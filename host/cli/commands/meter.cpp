@@ -13,6 +13,7 @@
 #include "job/prepare.h"
 #include "io/atomic_file.h"
 #include "job/file_identity.h"
+#include "job/report/result_lines.h"
 #include "job/stop_signals.h"
 #include "instruments/meter.h"
 #include "render/render.h"
@@ -61,6 +62,13 @@ std::optional<Measurement> take_reading(const MeterOptions& options, const Log& 
   aim(meter, *prepared.scene, prepared.settings);
   const RenderOutput output = render_and_release(*prepared.scene, prepared.settings, options.execution, stop);
   if (output.report.interrupted()) return std::nullopt;
+  if (const std::uint64_t rejected = output.report.nonfinite + output.report.saturated; rejected > 0) {
+    RenderReport report = output.report;
+    report.rejected.clear();  // `render` replays those of its own pictures
+    const std::string line = rejected_line(report, rejected);
+    if (options.scene.strict) throw InputError(fmt::format("{}: {} (--strict)", options.scene.scene, line));
+    log(line + "; the reading is without them");
+  }
   return Measurement{meter, read(meter, output.film), output.report.samples};
 }
 
@@ -114,6 +122,7 @@ void add_meter_flags(CommandFlags& flags, MeterOptions& options) {
 std::optional<std::string> meter_json(std::vector<std::string> words, const Log& log, const std::atomic<bool>& stop) {
   MeterOptions options;
   (void)parse_words(std::move(words), [&](CommandFlags flags) { add_meter_flags(flags, options); });
+  if (!options.json.empty()) throw UsageError("--json: the figures are what eikon.meter returns; leave it out");
   read_execution_environment(options.execution);
   const auto measured = take_reading(options, log, stop);
   return measured ? std::optional(to_json(*measured)) : std::nullopt;

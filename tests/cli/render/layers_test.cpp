@@ -128,6 +128,17 @@ TEST(Meter, says_what_it_measured_and_how_surely) {
   EXPECT_TRUE(contains(lamp.out, "W/(sr m^2)")) << lamp.out;
 }
 
+TEST(Meter, says_which_paths_it_left_out_and_refuses_them_with_strict) {
+  const Workplace here;
+  const std::string bright =
+      "meter " + scene("sphere_in_sky.gltf") + " --env 1e20,1e20,1e20 --at 0,5,0 --facing 0,1,0 --spp 2";
+  const Outcome outcome = here.eikon(bright);
+  ASSERT_TRUE(succeeded(outcome));
+  EXPECT_TRUE(contains(outcome.err, "512 samples were rejected (0 not finite, 512 beyond the film's range)"))
+      << outcome.err;
+  EXPECT_TRUE(refused(here.eikon(bright + " --strict"), kInput));
+}
+
 TEST(Meter, refuses_what_it_cannot_mean) {
   const Workplace here;
   const std::string at = "meter " + scene("cornell.gltf") + " --at 0,1,0 ";
