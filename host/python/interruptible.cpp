@@ -15,6 +15,7 @@
 #include <mutex>
 #include <thread>
 
+#include "core/error.h"
 #include "core/lost_threads.h"
 
 namespace nb = nanobind;
@@ -122,6 +123,12 @@ std::exception_ptr watch(const std::future<void>& work, const HeldInterrupt& hel
 }  // namespace
 
 void run_interruptible(const std::function<void(std::atomic<bool>&)>& work) {
+  // Threads, locks and devices of drivers are not there in a copy of the process.
+  static const pid_t first = getpid();
+  if (getpid() != first)
+    throw DeviceError(
+        "this process was forked from one that has used eikon, whose devices it does not have; start processes by "
+        "multiprocessing's method 'spawn'");
   std::atomic<bool> stop = false;
   const KeptHandlers handlers;
   const NotedLoss loss;

@@ -47,6 +47,10 @@ class Pictures(Package):
         colour = eikon.read(self.exr(R=depth, G=depth, B=depth, Z=depth))
         self.assertEqual(colour.rgb.shape, (2, 3, 3))
         self.assertTrue(colour._repr_png_().startswith(b"\x89PNG"))
+        for flags in ({"exposure": float("nan")}, {"exposure": 65}, {"ev100": float("inf")}, {"exposure": 1, "ev100": 3}):
+            with self.assertRaises(eikon.UsageError):
+                colour.save(self.folder / "a.png", **flags)
+        self.assertFalse((self.folder / "a.png").exists())
 
 
 if __name__ == "__main__":

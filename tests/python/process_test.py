@@ -58,6 +58,25 @@ class OtherThreads(Package):
             """), "mine\n")
 
 
+class Forked(Package):
+    def test_a_copy_of_a_process_that_has_rendered_is_refused_and_does_not_hang(self):
+        code = """if True:
+            import eikon, os
+            eikon.render(os.environ["SCENE"], size=(4, 4), spp=1)
+            child = os.fork()
+            if child == 0:
+                try:
+                    eikon.render(os.environ["SCENE"], size=(4, 4), spp=1)
+                except eikon.DeviceError as error:
+                    os._exit("was forked" in str(error))
+                os._exit(2)
+            print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+            """
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=100,
+                              env={**os.environ, "SCENE": os.fspath(SCENES / "furnace.gltf")})
+        self.assertEqual(done.stdout, "1\n", done.stderr)
+
+
 class Exit(Package):
     def test_is_not_held_up_by_a_driver_that_hangs_and_has_its_code(self):
         code = """if True:

@@ -96,6 +96,15 @@ class Scenes(Package):
         self.assertEqual(len(np.unique(by_matrix["id"])), 3)
         self.assertGreater(by_matrix.rgb.max(), 0.1)
 
+    def test_refuses_numbers_that_are_not_finite_and_meshes_of_nothing(self):
+        scene = eikon.Scene()
+        for positions in ([[0, 0, float("nan")]] * 3, [[0, 0, float("inf")]] * 3, np.zeros((0, 3))):
+            with self.assertRaises(eikon.UsageError):
+                scene.mesh(positions)
+        scene.material(emissiveFactor=[float("nan"), 0, 0])
+        with self.assertRaises(eikon.UsageError):
+            scene.to_glb()
+
     def test_refuses_arrays_of_another_shape(self):
         scene = eikon.Scene()
         corners = np.zeros((3, 3))

@@ -137,9 +137,14 @@ class Picture:
 
         exposure  of the PNG, in stops; ev100 instead: as a camera set to it
         tonemap   its curve: none, reinhard, aces, agx or pbr-neutral
-        raises    UsageError for another ending, and for a PNG of a picture without R, G and B; InputError when the file cannot
-                  be written
+        raises    UsageError for another ending, for a PNG of a picture without R, G and B, and for an exposure beyond -64 to 64
+                  or an ev100 beyond -32 to 32; InputError when the file cannot be written
         """
+        if ev100 is not None and exposure != 0:
+            raise _eikon.UsageError("save: exposure and ev100 exclude each other")
+        if not -64 <= exposure <= 64 or (ev100 is not None and not -32 <= ev100 <= 32):
+            raise _eikon.UsageError(f"save: there is no exposure of {exposure if ev100 is None else ev100}; it is from -64 to 64, "
+                                    "ev100 from -32 to 32")
         ending = Path(path).suffix.lower()
         if ending == ".png":
             _eikon.write_png(encoded(path), self._shown(), exposure, ev100, tonemap)

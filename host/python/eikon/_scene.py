@@ -72,10 +72,12 @@ class Scene:
         texcoords   (n, 2): u to the right, v down from the top of the image; texcoords1: the second set
         tangents    (n, 4): unit, and the sign of the bitangent
         colors      (n, 3) or (n, 4), linear: they multiply the base colour
-        raises      UsageError for another shape
+        raises      UsageError for another shape, no positions, and values that are not finite
         """
         attributes = {}
         count = len(positions)  # type: ignore[arg-type]
+        if count == 0:
+            raise _eikon.UsageError("mesh: there are no positions")
         for key, array, widths in (("POSITION", positions, (3,)), ("NORMAL", normals, (3,)), ("TEXCOORD_0", texcoords, (2,)),
                                    ("TEXCOORD_1", texcoords1, (2,)), ("TANGENT", tangents, (4,)), ("COLOR_0", colors, (3, 4))):
             if array is not None:
@@ -146,13 +148,16 @@ class Scene:
         return number
 
     def to_glb(self) -> bytes:
-        """The scene as the bytes of a .glb file."""
+        """The scene as the bytes of a .glb file. raises UsageError if a number of it is not finite"""
         document = dict(self._json)
         if self._data:
             document["buffers"] = [{"byteLength": len(self._data)}]
         if self._extensions:
             document["extensionsUsed"] = sorted(self._extensions)
-        text = json.dumps(document, separators=(",", ":")).encode()
+        try:
+            text = json.dumps(document, separators=(",", ":"), allow_nan=False).encode()
+        except ValueError as error:
+            raise _eikon.UsageError("scene: a number of a node, material, light or camera is not finite") from error
         text += b" " * (-len(text) % 4)
         data = bytes(self._data) + b"\0" * (-len(self._data) % 4)
         chunks = struct.pack("<II", len(text), 0x4E4F534A) + text
@@ -182,9 +187,11 @@ class Scene:
         if values.ndim != 2 or len(values) != count or values.shape[1] not in widths:
             shapes = " or ".join(f"({count}, {width})" for width in widths)
             raise _eikon.UsageError(f"mesh: {key} has the shape {shapes}, not {values.shape}")
+        if not np.isfinite(values).all():
+            raise _eikon.UsageError(f"mesh: {key} has values that are not finite")
         accessor: Dict[str, Any] = {"bufferView": self._view(values.tobytes()), "componentType": FLOAT, "count": count,
                                     "type": TYPES[values.shape[1]]}
-        if key == "POSITION" and count > 0:
+        if key == "POSITION":
             accessor.update(min=values.min(0).tolist(), max=values.max(0).tolist())
         return self._append("accessors", accessor)
 
