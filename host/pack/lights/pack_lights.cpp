@@ -7,8 +7,8 @@
 #include "pack/lights/find_lights.h"
 #include "pack/lights/light_table.h"
 #include "pack/lights/light_tree.h"
+#include "pack/lights/lights_in_media.h"
 #include "pack/lights/pack_light_paths.h"
-#include "pack/materials/camera_medium.h"
 #include "pack/lights/pack_environment.h"
 #include "pack/pack_parts.h"
 #include "scene/emission.h"
@@ -130,12 +130,13 @@ class LightPacker {
   }
 
   /// Prepares the start of light paths. None starts from an environment without small lights, from lights of a limited range,
-  /// whose light fades in a way that does not go on behind glass, or from within a solid that absorbs or has a priority. A plane
+  /// whose light fades in a way that does not go on behind glass, or from what may shine within a solid that absorbs or has a priority. A plane
   /// without end may lie before any place that parallel light could start from.
   void start_light_paths() {
     bool endless = false;
     for (std::size_t i = packed_.triangle_count(); i < packed_.triangles.size(); ++i)
       endless = endless || is_endless_box(&packed_.triangles[i].p0_x);
+    LightsInMedia media(packed_, has_media_);
     std::vector<LightPathSource> emitters(packed_.lights.size());
     for (std::size_t i = 0; i < emitters.size(); ++i) {
       const Light& light = packed_.lights[i];
@@ -157,7 +158,10 @@ class LightPacker {
         emitter.radiance_area = emission;
         emitter.place = {light.p0_x, light.p0_y, light.p0_z};
       }
-      if (emitter.radiance_area > 0 && is_within_a_medium(emitter.place)) emitter.radiance_area = 0;
+      const bool is_surface =
+          light.kind == kind_word(LightKind::area) || light.kind == kind_word(LightKind::shape_light);
+      if (emitter.radiance_area > 0 && (is_surface ? media.may_hold(light) : media.holds(emitter.place)))
+        emitter.radiance_area = 0;
     }
     if (!has_tree_) name_lights(std::uint32_t(packed_.lights.size()));
     pack_light_paths(scene_.materials, emitters, packed_);
@@ -189,19 +193,10 @@ class LightPacker {
       for (float4& texel : packed_.environment_texels) texel.w = float(probability * double(texel.w));
   }
 
-  /// Looks at as many triangles as take about a second, and then says so of every place.
-  [[nodiscard]] bool is_within_a_medium(const glm::dvec3& place) {
-    if (!has_media_) return false;
-    constexpr std::uint64_t kMostTriangles = 1U << 28;
-    looked_at_ += packed_.triangles.size();
-    return looked_at_ > kMostTriangles || camera_medium(packed_, place, {0, -1, 0}) != 0;
-  }
-
   const Scene& scene_;
   const Environment& environment_;
   PackedScene& packed_;
   bool has_tree_, has_one_, each_, has_light_paths_, has_media_;
-  std::uint64_t looked_at_ = 0;  // triangles, by is_within_a_medium
   LightFinder finder_;
   std::vector<Strength> strengths_;    // as packed_.lights
   std::vector<LightMoments> moments_;  // for the tree: of the lights that have a place, until it grows

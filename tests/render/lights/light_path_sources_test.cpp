@@ -48,5 +48,31 @@ TEST(LightPathSources, shapes_have_a_fraction_of_the_error) {
   EXPECT_LT(with, 0.35 * without) << without << " without";
 }
 
+// Light paths begin outside of all solids. What shines within one that absorbs has none.
+TEST(LightPathSources, lamps_that_shine_within_amber_bring_the_mean_that_paths_from_the_camera_find) {
+  for (const bool is_surface : {true, false}) {
+    Scene scene;
+    Primitive floor, lamp;
+    add_quad(floor, {-3, -0.5F, 3}, {6, 0, 0}, {0, 0, -6});
+    add_mesh(scene, "floor", std::move(floor), lambert(0.6F));
+    Material solid = amber(0.1F, 1.5F);
+    solid.emission = glm::vec3(is_surface ? 1 : 0);
+    solid.double_sided = is_surface;
+    add_mesh(scene, "ball", sphere({0, 0, 0}, 0.5F, 12, false, true), solid);
+    // Its middle is outside of the ball.
+    Material shining = lambert(0, is_surface ? 0 : 5);
+    shining.double_sided = true;
+    add_quad(lamp, {0.3F, 0, -0.1F}, {0.6F, 0, 0}, {0, 0, 0.2F});
+    add_mesh(scene, "lamp", std::move(lamp), shining);
+    Settings settings = settings_for(16, 16, 4096);
+    settings.camera = look_at_camera({0, 1.5, 2.5}, {0.2, -0.2, 0}, {0, 1, 0}, 0.7);
+    settings.max_depth = 8;
+    const MeanAndError expected = mean_of(film_of(scene, settings));
+    settings.seed = 5;
+    const MeanAndError found = mean_of(film_of(scene, with_light_paths(settings, 1)));
+    EXPECT_TRUE(agree(found, expected, 2)) << is_surface << ": " << found.mean << " and " << expected.mean;
+  }
+}
+
 }  // namespace
 }  // namespace eikon::test
