@@ -58,27 +58,21 @@ constexpr const char* kAbout =
 
 /// Says which command is missing or not there; nothing if all are.
 /// words  of the command line, in their order
-std::optional<std::string> wrong_command(const CLI::App& root, const std::vector<std::string>& words) {
-  const CLI::App* at = &root;
-  const auto below = [&] { return at->get_subcommands([](const CLI::App*) { return true; }); };
+std::optional<std::string> wrong_command(CLI::App& root, const std::vector<std::string>& words) {
+  CLI::App* at = &root;
   std::string typed = root.get_name();
-  const auto listed = [&] {
-    std::vector<std::string> names;
-    for (const CLI::App* app : below()) names.push_back(app->get_name());
-    return fmt::format("{}", fmt::join(names, ", "));
-  };
+  std::vector<std::string> names = CommandFlags(root).commands();
   for (const std::string& word : words) {
-    if (below().empty()) return std::nullopt;
+    if (names.empty()) return std::nullopt;
     if (word.starts_with('-')) continue;
-    const auto commands = below();
-    const auto it = std::ranges::find_if(commands, [&](const CLI::App* app) { return app->get_name() == word; });
-    if (it == commands.end())
-      return fmt::format("{}: there is no command {}; there is {}", typed, in_quotes(word), listed());
-    at = *it;
+    if (std::ranges::find(names, word) == names.end())
+      return fmt::format("{}: there is no command {}; there is {}", typed, in_quotes(word), fmt::join(names, ", "));
+    at = at->get_subcommand(word);
     typed += " " + word;
+    names = CommandFlags(*at).commands();
   }
-  if (below().empty()) return std::nullopt;
-  return fmt::format("{}: a command is missing; there is {}", typed, listed());
+  if (names.empty()) return std::nullopt;
+  return fmt::format("{}: a command is missing; there is {}", typed, fmt::join(names, ", "));
 }
 
 void set_up_root(CLI::App& app, const std::string& footer, const std::function<void(CommandFlags)>& add_flags) {

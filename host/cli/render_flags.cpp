@@ -168,10 +168,13 @@ void add_guides(std::vector<std::string>& words) {
 
 void add_png_flags(CommandFlags& flags, PngOptions& png) {
   flags.text({"--png", "FILE", "also write an 8-bit sRGB picture, RGBA if the image has channel A"}, png.file);
-  flags.number({"--exposure", "EV", "exposure of the PNG [0]"}, png.exposure_ev, -64, 64);
+  flags.number({"--exposure", "EV", "exposure of the PNG [0]"}, png.exposure_ev, -PngOptions::kMostExposureEv,
+               PngOptions::kMostExposureEv);
   flags.parsed(
       {"--ev100", "EV", "expose the PNG as a camera set to EV, for scenes in lm, lx and cd/m2; sunlight is 15"},
-      [&](const std::string& text) { png.ev100 = parse_real("--ev100", text, -32, 32); });
+      [&](const std::string& text) {
+        png.ev100 = parse_real("--ev100", text, -PngOptions::kMostEv100, PngOptions::kMostEv100);
+      });
   flags.exclude("--ev100", "--exposure");
   flags.parsed(
       {"--tonemap", "NAME", fmt::format("tone curve of the PNG: {} [none]", fmt::join(tone_map_names(), ", "))},

@@ -115,18 +115,31 @@ void remove_left_behind(const std::filesystem::path& real) {
   }
 }
 
-/// True if a path leads to an open stream of a process, as /dev/stdout does. It may be a file that others append to, or a pipe.
-bool is_stream(std::filesystem::path file) {
+/// Calls see(file) for a path and for all that the links lead to which it names. Returns the last; nothing if there are too many.
+template <class See>
+std::optional<std::filesystem::path> follow_links(const std::filesystem::path& path, const See& see) {
   constexpr int kMostLinks = 40;  // as Linux follows
+  std::filesystem::path file = path;
+  std::error_code error;
   for (int i = 0; i < kMostLinks; ++i) {
+    see(file);
+    if (!std::filesystem::is_symlink(file, error)) return file;
+    const std::filesystem::path to = std::filesystem::read_symlink(file, error);
+    if (error) return file;
+    file = file.parent_path() / to;  // which is `to` if that is absolute
+  }
+  return std::nullopt;
+}
+
+/// True if a path leads to an open stream of a process, as /dev/stdout does. It may be a file that others append to, or a pipe.
+bool is_stream(const std::filesystem::path& path) {
+  bool found = false;
+  (void)follow_links(path, [&](const std::filesystem::path& file) {
     std::error_code error;
     const std::filesystem::path folder = std::filesystem::weakly_canonical(file.parent_path(), error);
-    if (!error && folder.filename() == "fd" && folder.native().starts_with("/proc/")) return true;
-    const std::filesystem::path to = std::filesystem::read_symlink(file, error);
-    if (error) return false;
-    file = file.parent_path() / to;
-  }
-  return false;
+    found = found || (!error && folder.filename() == "fd" && folder.native().starts_with("/proc/"));
+  });
+  return found;
 }
 
 /// Standard output as it was when a file was first named "-"; what is printed goes to stderr from
@@ -144,16 +157,7 @@ int standard_output() {
 }  // namespace
 
 std::optional<std::filesystem::path> behind_links(const std::filesystem::path& path) {
-  constexpr int kMostLinks = 40;  // as Linux follows
-  std::filesystem::path file = path;
-  std::error_code error;
-  for (int i = 0; i < kMostLinks; ++i) {
-    if (!std::filesystem::is_symlink(file, error)) return file;
-    const std::filesystem::path to = std::filesystem::read_symlink(file, error);
-    if (error) return file;
-    file = file.parent_path() / to;  // which is `to` if that is absolute
-  }
-  return std::nullopt;
+  return follow_links(path, [](const std::filesystem::path&) {});
 }
 
 AtomicFile::AtomicFile(const std::filesystem::path& path) {

@@ -87,7 +87,7 @@ void set_camera(Frame& frame, const Camera& camera, const Settings& settings, do
   const glm::dvec3 right = glm::normalize(glm::dvec3(m[0])), up = glm::normalize(glm::dvec3(m[1])),
                    back = glm::normalize(glm::dvec3(m[2]));
   const bool parallel = camera.projection == Projection::orthographic;
-  const double half_height = parallel ? camera.ymag_m : std::tan(0.5 * camera.yfov_rad);
+  const double half_height = half_height_m(camera);
   const double pixel = 2 * half_height / settings.height;  // side of a pixel; perspective: on the plane at distance 1
   const glm::dvec3 corner = up * half_height - right * (0.5 * pixel * settings.width);
   frame.camera_x = pack_vector(right * pixel);
@@ -115,7 +115,7 @@ void set_camera(Frame& frame, const Camera& camera, const Settings& settings, do
 void append_projection(const Camera& camera, const Settings& settings, std::vector<float>& words) {
   const glm::dmat4& m = camera.world_from_camera;
   const bool parallel = camera.projection == Projection::orthographic;
-  const double half_height = parallel ? camera.ymag_m : std::tan(0.5 * camera.yfov_rad);
+  const double half_height = half_height_m(camera);
   const double pixels = 0.5 * settings.height / half_height;  // of a metre: on the plane at distance 1 if rays diverge
   for (const glm::dvec3& row :
        {glm::dvec3(m[3]), glm::normalize(glm::dvec3(m[0])) * pixels, glm::normalize(glm::dvec3(m[1])) * pixels,

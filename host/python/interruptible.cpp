@@ -122,13 +122,16 @@ std::exception_ptr watch(const std::future<void>& work, const HeldInterrupt& hel
 
 }  // namespace
 
-void run_interruptible(const std::function<void(std::atomic<bool>&)>& work) {
-  // Threads, locks and devices of drivers are not there in a copy of the process.
+void require_own_process() {
   static const pid_t first = getpid();
   if (getpid() != first)
     throw DeviceError(
         "this process was forked from one that has used eikon, whose devices it does not have; start processes by "
         "multiprocessing's method 'spawn'");
+}
+
+void run_interruptible(const std::function<void(std::atomic<bool>&)>& work) {
+  require_own_process();
   std::atomic<bool> stop = false;
   const KeptHandlers handlers;
   const NotedLoss loss;

@@ -10,6 +10,7 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
+#include <cmath>
 #include <exception>
 #include <map>
 #include <memory>
@@ -209,11 +210,18 @@ void write_png_of(const nb::bytes& path, const nb::dict& planes, double exposure
                   const std::string& tonemap) {
   const auto map = tone_map_of(tonemap);
   if (!map) refuse_choice("tonemap", tonemap, tone_map_names());
+  const auto require = [](const char* name, double value, double most) {  // false for NaN
+    if (!(std::abs(value) <= most))
+      throw UsageError(fmt::format("{}: {} is not from {} to {}", name, value, -most, most));
+  };
+  require("exposure", exposure_ev, PngOptions::kMostExposureEv);
+  if (ev100) require("ev100", *ev100, PngOptions::kMostEv100);
   PngOptions{.file = {path.c_str(), path.size()}, .exposure_ev = exposure_ev, .ev100 = ev100, .tone_map = *map}.write(
       image_of(listed(planes)));
 }
 
 nb::list devices() {
+  require_own_process();
   nb::list list;
   for (const DeviceInfo& info : list_devices()) {
     nb::dict device;

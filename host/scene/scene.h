@@ -200,6 +200,8 @@ struct Camera {
 
 /// Radius of the lens's opening, metres; 0 of a pinhole.
 [[nodiscard]] double lens_radius_m(const Camera& camera);
+/// Half the height of the picture of a perspective or orthographic camera: one metre ahead, or in metres.
+[[nodiscard]] double half_height_m(const Camera& camera);
 /// True if both show the same picture of the same scene.
 [[nodiscard]] bool same_view(const Camera& a, const Camera& b);
 

@@ -34,7 +34,7 @@ glm::dmat4 ndc_from_camera(const Settings& settings) {
   const Camera& camera = settings.camera;
   const double aspect = double(settings.width) / settings.height;
   const bool orthographic = camera.projection == Projection::orthographic;
-  const double y = 1.0 / (orthographic ? camera.ymag_m : std::tan(0.5 * camera.yfov_rad));
+  const double y = 1.0 / half_height_m(camera);
   glm::dmat4 clip(0.0);
   clip[0][0] = y / aspect;
   clip[1][1] = y;

@@ -73,7 +73,7 @@ class CoarsePicture {
         orthographic_(camera.projection == Projection::orthographic),
         width_(std::max(1U, std::uint32_t(std::lround(std::sqrt(pixels * aspect))))),
         height_(std::max(1U, pixels / width_)) {
-    const double half = orthographic_ ? camera.ymag_m : std::tan(0.5 * camera.yfov_rad);
+    const double half = half_height_m(camera);
     half_ = {half * aspect, half};
     hits_.resize(std::size_t{width_} * height_);
   }

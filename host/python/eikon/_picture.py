@@ -142,9 +142,6 @@ class Picture:
         """
         if ev100 is not None and exposure != 0:
             raise _eikon.UsageError("save: exposure and ev100 exclude each other")
-        if not -64 <= exposure <= 64 or (ev100 is not None and not -32 <= ev100 <= 32):
-            raise _eikon.UsageError(f"save: there is no exposure of {exposure if ev100 is None else ev100}; it is from -64 to 64, "
-                                    "ev100 from -32 to 32")
         ending = Path(path).suffix.lower()
         if ending == ".png":
             _eikon.write_png(encoded(path), self._shown(), exposure, ev100, tonemap)

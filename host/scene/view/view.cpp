@@ -94,6 +94,10 @@ double lens_radius_m(const Camera& camera) {
   return 0.5 * focal_length_m / camera.lens->f_number;
 }
 
+double half_height_m(const Camera& camera) {
+  return camera.projection == Projection::orthographic ? camera.ymag_m : std::tan(0.5 * camera.yfov_rad);
+}
+
 bool same_view(const Camera& a, const Camera& b) {
   const auto focus = [](const Camera& camera) { return camera.lens ? camera.lens->focus_distance_m : 0; };
   return a.world_from_camera == b.world_from_camera && a.projection == b.projection && a.yfov_rad == b.yfov_rad &&
