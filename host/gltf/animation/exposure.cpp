@@ -31,17 +31,19 @@ double over(double distance, double allowed) {
   return allowed > 0 ? distance / allowed : std::numeric_limits<double>::infinity();
 }
 
-glm::dvec3 vertex(const Scene& scene, std::size_t node, std::size_t primitive, std::size_t i) {
-  const Node& n = scene.nodes[node];
-  return glm::dvec3(n.world_from_object *
-                    glm::dvec4(glm::dvec3(scene.meshes[n.mesh].primitives[primitive].positions_object[i]), 1.0));
-}
-
 const Primitive& primitive_of(const Scene& scene, std::size_t node, std::size_t primitive) {
   return scene.meshes[scene.nodes[node].mesh].primitives[primitive];
 }
 
-/// How far the normals of a primitive are from those between the two poses, in its own space.
+/// Returns a function of a number that gives the vertex of a primitive, in the world.
+auto vertices_of(const Scene& scene, std::size_t node, std::size_t primitive) {
+  return [&world_from_object = scene.nodes[node].world_from_object,
+          &positions = primitive_of(scene, node, primitive).positions_object](std::size_t i) {
+    return glm::dvec3(world_from_object * glm::dvec4(glm::dvec3(positions[i]), 1.0));
+  };
+}
+
+/// Returns how far the normals of a primitive are from the way between the two poses, in units of kNormal; in its own space.
 double normal_deviation(const MidPose& step, std::size_t node, std::size_t primitive) {
   const auto &before = primitive_of(step.before, node, primitive).normals_object,
              &after = primitive_of(step.after, node, primitive).normals_object,
@@ -72,9 +74,10 @@ double node_deviation(const MidPose& step, std::size_t node) {
     // A part of a mesh that changes its form may move alone.
     const std::size_t count = mesh.primitives[p].positions_object.size(),
                       stride = is_rigid ? count / kMostVertices + 1 : 1;
+    const auto before = vertices_of(step.before, node, p), after = vertices_of(step.after, node, p),
+               at = vertices_of(step.true_pose, node, p);
     for (std::size_t i = 0; i < count; i += stride) {
-      const glm::dvec3 a = vertex(step.before, node, p, i), b = vertex(step.after, node, p, i);
-      const glm::dvec3 way = vertex(step.true_pose, node, p, i) - glm::mix(a, b, step.share);
+      const glm::dvec3 a = before(i), b = after(i), way = at(i) - glm::mix(a, b, step.share);
       bounds.lo = glm::min(bounds.lo, a), bounds.hi = glm::max(bounds.hi, a);
       off = std::max(off, glm::length(way) - kRounding * glm::length(a));
     }
@@ -87,11 +90,6 @@ double way_deviation(const glm::dvec3& before, const glm::dvec3& after, const gl
   return over(off, kWayShare * glm::length(after - before));
 }
 
-/// Half the height of the picture: in metres, or one metre ahead.
-double half_height(const Camera& camera) {
-  return camera.projection == Projection::orthographic ? camera.ymag_m : std::tan(0.5 * camera.yfov_rad);
-}
-
 double camera_deviation(const Camera& before, const Camera& after, const Camera& at, double share) {
   double most = way_deviation(glm::dvec3(before.world_from_camera[3]), glm::dvec3(after.world_from_camera[3]),
                               glm::dvec3(at.world_from_camera[3]), share);
@@ -102,7 +100,7 @@ double camera_deviation(const Camera& before, const Camera& after, const Camera&
   const auto off = [&](const auto& value) {
     return std::abs(value(at) - std::lerp(value(before), value(after), share));
   };
-  most = std::max(most, over(off(half_height), kZoom * half_height(at)));
+  most = std::max(most, over(off(half_height_m), kZoom * half_height_m(at)));
   if (!before.lens || !after.lens || !at.lens) return most;
   // The blur of a point on the plane one metre ahead is the radius times the difference of two inverse distances.
   const auto inverse_focus = [](const Camera& camera) { return 1 / camera.lens->focus_distance_m; };
