@@ -6,14 +6,16 @@
 #include "pack/lights/find_lights.h"
 #include "pack/lights/light_kind.h"
 #include "pack/materials/camera_medium.h"
+#include "pack/pack_parts.h"
 
 namespace eikon {
 namespace {
 
 constexpr std::uint64_t kMostRecords = 1U << 28;  // triangles and shapes that are looked at for all lights together
 
-std::array<glm::dvec3, 3> world_corners(const Triangle& t) {
-  return {glm::dvec3(t.p0_x, t.p0_y, t.p0_z), glm::dvec3(t.p1_x, t.p1_y, t.p1_z), glm::dvec3(t.p2_x, t.p2_y, t.p2_z)};
+std::array<glm::dvec3, 3> reals_of(const Triangle& t) {
+  const auto [p0, p1, p2] = corners_of(t);
+  return {p0, p1, p2};
 }
 
 glm::dvec3 low(const std::array<glm::dvec3, 3>& c) { return glm::min(c[0], glm::min(c[1], c[2])); }
@@ -75,37 +77,35 @@ bool LightsInMedia::may_hold(const Light& light) {
   const Triangle& record = packed_.triangles[light.triangle];
   if (is_solid(record.material) && (light.flags & EK_LIGHT_DOUBLE_SIDED) != 0) return true;
   if (light.kind == kind_word(LightKind::shape_light)) {
-    const glm::dvec3 lo(record.p0_x, record.p0_y, record.p0_z), hi(record.p1_x, record.p1_y, record.p1_z);
-    return holds(0.5 * (lo + hi)) || meets_box(lo, hi, record.material);
+    const auto [lo, hi, _] = reals_of(record);
+    return holds(0.5 * (lo + hi)) || cuts_box(lo, hi, record);
   }
   const glm::dvec3 p0(light.p0_x, light.p0_y, light.p0_z), p1(light.p1_x, light.p1_y, light.p1_z),
       p2(light.p2_x, light.p2_y, light.p2_z);
-  if (holds(middle_of(light)) || cuts({p0, p1, p2}, record.material)) return true;
-  return (light.flags & EK_LIGHT_QUAD) != 0 && cuts({p1, p1 + p2 - p0, p2}, record.material);
+  if (holds(middle_of(light)) || cuts({p0, p1, p2}, record)) return true;
+  return (light.flags & EK_LIGHT_QUAD) != 0 && cuts({p1, p1 + p2 - p0, p2}, record);
 }
 
-// Triangles of one material are those of one mesh, which meet at their edges.
-bool LightsInMedia::cuts(const Corners& triangle, std::uint32_t material) {
+template <class Meets>
+bool LightsInMedia::any_other_solid(const Triangle& record, const Meets& meets) {
   if (!has_time()) return true;
   return std::ranges::any_of(solids_, [&](std::uint32_t i) {
     const Triangle& solid = packed_.triangles[i];
-    if (solid.material == material) return false;
-    if (i < packed_.triangle_count()) return triangles_meet(triangle, world_corners(solid));
-    return boxes_meet(low(triangle), high(triangle), glm::dvec3(solid.p0_x, solid.p0_y, solid.p0_z),
-                      glm::dvec3(solid.p1_x, solid.p1_y, solid.p1_z));
+    // The triangles of a surface meet at their edges.
+    const bool is_same_surface = solid.node == record.node && solid.material == record.material;
+    return !is_same_surface && meets(reals_of(solid), i >= packed_.triangle_count());
   });
 }
 
-bool LightsInMedia::meets_box(const glm::dvec3& lo, const glm::dvec3& hi, std::uint32_t material) {
-  if (!has_time()) return true;
-  return std::ranges::any_of(solids_, [&](std::uint32_t i) {
-    const Triangle& solid = packed_.triangles[i];
-    if (solid.material == material) return false;
-    if (i >= packed_.triangle_count())
-      return boxes_meet(lo, hi, glm::dvec3(solid.p0_x, solid.p0_y, solid.p0_z),
-                        glm::dvec3(solid.p1_x, solid.p1_y, solid.p1_z));
-    const Corners corners = world_corners(solid);
-    return boxes_meet(lo, hi, low(corners), high(corners));
+bool LightsInMedia::cuts(const Corners& triangle, const Triangle& record) {
+  return any_other_solid(record, [&](const Corners& solid, bool is_shape) {
+    return is_shape ? boxes_meet(low(triangle), high(triangle), solid[0], solid[1]) : triangles_meet(triangle, solid);
+  });
+}
+
+bool LightsInMedia::cuts_box(const glm::dvec3& lo, const glm::dvec3& hi, const Triangle& record) {
+  return any_other_solid(record, [&](const Corners& solid, bool is_shape) {
+    return is_shape ? boxes_meet(lo, hi, solid[0], solid[1]) : boxes_meet(lo, hi, low(solid), high(solid));
   });
 }
 

@@ -27,8 +27,12 @@ class LightsInMedia {
   using Corners = std::array<glm::dvec3, 3>;
 
   [[nodiscard]] bool has_time();
-  [[nodiscard]] bool cuts(const Corners& triangle, std::uint32_t material);
-  [[nodiscard]] bool meets_box(const glm::dvec3& lo, const glm::dvec3& hi, std::uint32_t material);
+  /// Calls meets(corners, whether it is a shape) for the triangles and shapes of solids, but for the surface that the record is part
+  /// of, until it is true. The first two corners of a shape are those of its box.
+  template <class Meets>
+  [[nodiscard]] bool any_other_solid(const Triangle& record, const Meets& meets);
+  [[nodiscard]] bool cuts(const Corners& triangle, const Triangle& record);
+  [[nodiscard]] bool cuts_box(const glm::dvec3& lo, const glm::dvec3& hi, const Triangle& record);
   [[nodiscard]] bool is_solid(std::uint32_t material) const;
 
   const PackedScene& packed_;
