@@ -11,8 +11,6 @@
 namespace eikon {
 namespace {
 
-constexpr const char* kTryHelp = "try `eikon --help`";
-
 std::optional<double> real(const std::string& text) {
   const auto value = number_in<double>(text);
   return value && std::isfinite(*value) ? value : std::nullopt;
@@ -41,7 +39,7 @@ glm::dvec3 parse_vector(const std::string& flag, const std::string& text) {
 double parse_real(const std::string& flag, const std::string& text, double least, double most) {
   const auto value = real(text);
   if (!value || *value < least || *value > most)
-    throw UsageError(fmt::format("{}: '{}' is not a number from {} to {}; {}", flag, text, least, most, kTryHelp));
+    throw UsageError(fmt::format("{}: '{}' is not a number from {} to {}", flag, text, least, most));
   return *value;
 }
 
@@ -50,7 +48,7 @@ std::uint64_t parse_unsigned(const std::string& flag, const std::string& text, s
   const bool hexadecimal = text.starts_with("0x");
   const auto value = number_in<std::uint64_t>(text.substr(hexadecimal ? 2 : 0), hexadecimal ? 16 : 10);
   if (!value || *value < least || *value > most)
-    throw UsageError(fmt::format("{}: '{}' is not a number from {} to {}; {}", flag, text, least, most, kTryHelp));
+    throw UsageError(fmt::format("{}: '{}' is not a number from {} to {}", flag, text, least, most));
   return *value;
 }
 
@@ -70,7 +68,7 @@ std::uint64_t parse_size_bytes(const std::string& flag, const std::string& text)
 }
 
 void refuse_choice(const std::string& flag, const std::string& text, const std::vector<std::string>& words) {
-  throw UsageError(fmt::format("{}: there is no '{}'; it takes {}; {}", flag, text, fmt::join(words, ", "), kTryHelp));
+  throw UsageError(fmt::format("{}: there is no '{}'; it takes {}", flag, text, fmt::join(words, ", ")));
 }
 
 }  // namespace eikon

@@ -6,6 +6,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cstring>
 
 #include "io/text.h"
 #include "job/log.h"
@@ -56,23 +57,66 @@ std::vector<GivenFlag> given_flags(const CLI::App& app) {
 constexpr const char* kAbout =
     "an OpenCL wavefront path tracer. Renders glTF 2.0 scenes to OpenEXR images that state their own error.";
 
-/// Says which command is missing or not there; nothing if all are.
-/// words  of the command line, in their order
-std::optional<std::string> wrong_command(CLI::App& root, const std::vector<std::string>& words) {
-  CLI::App* at = &root;
-  std::string typed = root.get_name();
-  std::vector<std::string> names = CommandFlags(root).commands();
-  for (const std::string& word : words) {
-    if (names.empty()) return std::nullopt;
-    if (word.starts_with('-')) continue;
-    if (std::ranges::find(names, word) == names.end())
-      return fmt::format("{}: there is no command {}; there is {}", typed, in_quotes(word), fmt::join(names, ", "));
-    at = at->get_subcommand(word);
-    typed += " " + word;
-    names = CommandFlags(*at).commands();
+/// The last command that a command line names, and all words that name it.
+struct NamedCommand {
+  const CLI::App* app;
+  std::string name;
+};
+NamedCommand named_command(const CLI::App& root) {
+  NamedCommand named{&root, root.get_name()};
+  while (!named.app->get_subcommands().empty()) {
+    named.app = named.app->get_subcommands().front();
+    named.name += " " + named.app->get_name();
   }
+  return named;
+}
+
+/// Says which command is missing or not there; nothing if the last one has none below it.
+/// word  that is there instead, if any
+std::optional<std::string> wrong_command(const CLI::App& app, const std::optional<std::string>& word) {
+  std::vector<std::string> names;
+  for (const CLI::App* below : app.get_subcommands([](const CLI::App*) { return true; }))
+    names.push_back(below->get_name());
   if (names.empty()) return std::nullopt;
-  return fmt::format("{}: a command is missing; there is {}", typed, fmt::join(names, ", "));
+  const std::string wrong = word ? "there is no command " + in_quotes(*word) : "a command is missing";
+  return fmt::format("{}; there is {}", wrong, fmt::join(names, ", "));
+}
+
+std::string unknown_flag(const CLI::App& app, const std::string& word) {
+  const std::string name = word.substr(0, word.find('='));
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app.get_options())
+    for (const std::string& long_name : option->get_lnames()) names.push_back("--" + long_name);
+  const std::optional<std::string> likely = most_like(name, names);
+  return fmt::format("there is no flag {}{}", in_quotes(name), likely ? ", but there is " + *likely : "");
+}
+
+/// Says what is wrong with the words of known flags.
+std::string wrong_values(const CLI::App& app, const CLI::ParseError& error) {
+  const std::string text = error.what();
+  const auto until = [&](std::string_view end) { return text.substr(0, text.find(end)); };
+  if (dynamic_cast<const CLI::ExcludesError*>(&error) != nullptr) {
+    const std::string one = until(" excludes ");
+    return fmt::format("{} and {} do not go together", one, text.substr(one.size() + std::strlen(" excludes ")));
+  }
+  for (const CLI::Option* option : app.get_options())
+    if (option->count() > static_cast<std::size_t>(option->get_items_expected_max()))
+      return fmt::format("{} is given {} times, but takes one value", option->get_name(), option->count());
+  if (text.ends_with(" missing")) return fmt::format("{} needs a value", until(":"));
+  if (text.ends_with(" flag override")) return fmt::format("--{} takes no value", until(" "));
+  return text;
+}
+
+/// Says what is wrong with a command line, since much of what CLI11 says is no sentence.
+std::string what_is_wrong(const CLI::App& root, const CLI::App& named, const CLI::ParseError& error) {
+  const std::vector<std::string> rest = root.remaining(true);  // words that were not understood
+  const auto is_flag = [](const std::string& word) { return word.starts_with('-'); };
+  const auto flag = std::ranges::find_if(rest, is_flag), word = std::ranges::find_if_not(rest, is_flag);
+  const std::optional<std::string> other = word == rest.end() ? std::nullopt : std::optional(*word);
+  const std::optional<std::string> wrong = wrong_command(named, other);
+  if (flag != rest.end() && !(wrong && other)) return unknown_flag(named, *flag);
+  if (wrong) return *wrong;
+  return other ? fmt::format("{} is one word too many", in_quotes(*other)) : wrong_values(named, error);
 }
 
 void set_up_root(CLI::App& app, const std::string& footer, const std::function<void(CommandFlags)>& add_flags) {
@@ -170,7 +214,7 @@ void CommandFlags::text(const FlagText& flag, std::string& value) {
 }
 
 void CommandFlags::toggle(const std::string& name, const std::string& about, bool& value) {
-  app_->add_flag(name, value, about)->group(group_);
+  app_->add_flag(name, value, about)->group(group_)->disable_flag_override();
 }
 
 void CommandFlags::choice(const FlagText& flag, std::string& value, const std::vector<std::string>& words) {
@@ -208,7 +252,8 @@ std::optional<int> parse_command_line(int argc, char** argv, const std::string& 
   } catch (const CLI::Success& success) {
     return app.exit(success);
   } catch (const CLI::ParseError& error) {
-    throw UsageError(fmt::format("{}; try `eikon --help`", wrong_command(app, words).value_or(error.what())));
+    const NamedCommand named = named_command(app);
+    throw UsageError(fmt::format("{}; try `{} --help`", what_is_wrong(app, *named.app, error), named.name));
   }
   return std::nullopt;
 }
@@ -228,7 +273,7 @@ std::vector<GivenFlag> parse_words(std::vector<std::string> words, const std::fu
   try {
     app.parse(std::move(words));
   } catch (const CLI::ParseError& error) {
-    throw UsageError(error.what());
+    throw UsageError(what_is_wrong(app, *named_command(app).app, error));
   }
   return given_flags(app);
 }

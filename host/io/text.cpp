@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numeric>
 
 namespace eikon {
 
@@ -39,6 +40,21 @@ bool is_harmless(std::uint32_t c) {
   const bool turns_writing = c == 0x200E || c == 0x200F || c == 0x061C || (c >= 0x202A && c <= 0x202E) ||
                              (c >= 0x2066 && c <= 0x2069);
   return !is_control && !turns_writing;
+}
+
+/// How many letters of a word have to be inserted, left out or replaced to make it the other.
+std::size_t edits_between(std::string_view from, std::string_view to) {
+  std::vector<std::size_t> row(to.size() + 1);  // edits that make what was read of `from` each beginning of `to`
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    std::size_t diagonal = row[0]++;
+    for (std::size_t j = 0; j < to.size(); ++j) {
+      const std::size_t replaced = diagonal + (from[i] == to[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({replaced, diagonal + 1, row[j] + 1});
+    }
+  }
+  return row.back();
 }
 
 }  // namespace
@@ -82,6 +98,17 @@ std::vector<std::string> split(std::string_view text, char separator) {
     begin = end + 1;
   }
   return pieces;
+}
+
+std::optional<std::string> most_like(std::string_view word, const std::vector<std::string>& names) {
+  std::optional<std::string> best;
+  for (const std::string& name : names)
+    if (name.starts_with(word) && (!best || name.size() < best->size())) best = name;
+  if (best) return best;
+  std::size_t fewest = word.size() / 3 + 1;
+  for (const std::string& name : names)
+    if (const std::size_t edits = edits_between(word, name); edits < fewest) fewest = edits, best = name;
+  return best;
 }
 
 std::string one_line(std::string_view text) {

@@ -26,6 +26,10 @@ namespace eikon {
 /// The pieces of "a,b,c", which may be empty; an empty text is one empty piece.
 [[nodiscard]] std::vector<std::string> split(std::string_view text, char separator);
 
+/// The name that is most like a mistyped word: the shortest that begins with it or, if none does, the one with the fewest
+/// letters to insert, leave out or replace [Levenshtein 1966], at most a third of the word's. Nothing if no name is like it.
+[[nodiscard]] std::optional<std::string> most_like(std::string_view word, const std::vector<std::string>& names);
+
 /// Takes the first line off the text; returns it without the end of line, which the last one may lack.
 [[nodiscard]] inline std::string_view take_line(std::string_view& text) {
   const std::string_view line = text.substr(0, text.find('\n'));

@@ -31,9 +31,29 @@ TEST(Commands, one_that_is_missing_or_not_there_is_named_with_those_that_are) {
   const Workplace here;
   const std::pair<const char*, const char*> cases[] = {
       {"rendr a.gltf -o a.exr", "eikon: there is no command 'rendr'; there is render, batch"},
-      {"bench frames", "eikon bench: there is no command 'frames'; there is rays, scene"},
-      {"bench", "eikon bench: a command is missing; there is rays, scene"},
+      {"bench frames", "eikon: there is no command 'frames'; there is rays, scene; try `eikon bench --help`"},
+      {"bench", "eikon: a command is missing; there is rays, scene; try `eikon bench --help`"},
       {"", "eikon: a command is missing; there is render, batch"}};
+  for (const auto& [words, said] : cases) {
+    const Outcome outcome = here.eikon(words);
+    EXPECT_TRUE(refused(outcome, kUsage)) << words;
+    EXPECT_TRUE(contains(outcome.err, said)) << outcome.err;
+  }
+}
+
+TEST(Commands, words_that_are_wrong_are_named_with_what_to_do) {
+  const Workplace here;
+  const std::pair<const char*, const char*> cases[] = {
+      {"--vers", "eikon: there is no flag '--vers', but there is --version; try `eikon --help`"},
+      {"render a.gltf --width 480", "eikon: there is no flag '--width'; try `eikon render --help`"},
+      {"render a.gltf --thredas=3", "eikon: there is no flag '--thredas', but there is --threads; try"},
+      {"render --sp", "eikon: there is no flag '--sp', but there is --spp; try"},
+      {"render a.gltf b.gltf", "eikon: 'b.gltf' is one word too many; try"},
+      {"render a.gltf --spp", "eikon: --spp needs a value; try"},
+      {"render a.gltf --spp 1 --spp 2", "eikon: --spp is given 2 times, but takes one value; try"},
+      {"render a.gltf --quiet=3", "eikon: --quiet takes no value; try"},
+      {"render a.gltf --frame 1 --scene-time 2", "eikon: --scene-time and --frame do not go together; try"},
+      {"bench rays", "eikon: SCENE is required; try `eikon bench rays --help`"}};
   for (const auto& [words, said] : cases) {
     const Outcome outcome = here.eikon(words);
     EXPECT_TRUE(refused(outcome, kUsage)) << words;

@@ -46,5 +46,17 @@ TEST(Text, long_names_lose_their_middle) {
   EXPECT_EQ(printable(cut), cut) << "no sequence is cut";
 }
 
+TEST(Text, a_mistyped_name_is_like_the_one_with_fewest_edits) {
+  const std::vector<std::string> names = {"--samples", "--spp", "--fps", "--output", "--threads", "--light-samples"};
+  EXPECT_EQ(most_like("--ssp", names), "--spp");
+  EXPECT_EQ(most_like("--thredas", names), "--threads");
+  EXPECT_EQ(most_like("--out", names), "--output") << "its beginning";
+  EXPECT_EQ(most_like("--s", names), "--spp") << "the shortest that begins so";
+  EXPECT_EQ(most_like("--light-sample", names), "--light-samples");
+  EXPECT_EQ(most_like("--width", names), std::nullopt);
+  EXPECT_EQ(most_like("-x", names), std::nullopt);
+  EXPECT_EQ(most_like("", {}), std::nullopt);
+}
+
 }  // namespace
 }  // namespace eikon
