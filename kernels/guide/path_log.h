@@ -33,4 +33,10 @@ EK_FN void log_set_f(PathLog log, uint depth, uint word, vi live, vu path, vf va
   log_set(log, depth, word, live, path, AS_U(value));
 }
 
+/// The share of the luminance of a path's throughput that is left after a step of it.
+EK_FN vf log_share(v3 before, v3 after) {
+  const vf whole = luminance(abs3(before));
+  return whole > 0.0f ? div_f(luminance(abs3(after)), whole) : (vf)(0.0f);
+}
+
 #endif

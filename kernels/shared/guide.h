@@ -24,13 +24,13 @@ enum {
   EK_GUIDE_CELL_WORDS = 40                           // padded
 };
 
-// Words of a logged vertex.
+// Words of a logged vertex. Light is counted as it arrives at the vertex before: without what a medium absorbs on the way there.
 enum {
   LOG_info,      // LOG_HIT ... and the bin of the direction in which the path goes on
   LOG_xy,        // key of its cell (CellKey)
   LOG_zn,
   LOG_distance,  // float, metres: from the vertex before
-  LOG_weight,    // float: luminance of the throughput from this vertex to the next one
+  LOG_weight,    // float: luminance of the throughput, from the vertex before to where the path goes on from this one
   LOG_albedo,    // float: luminance of the share of light that the surface returns
   LOG_sampled,   // float: luminance that leaves towards the vertex before, from light sampling here
   LOG_emitted,   // float: luminance that the path met here, weighted as if directions were not guided

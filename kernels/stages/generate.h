@@ -74,6 +74,9 @@ EK_FN_ONCE void stage_generate(StageContext stage, PathSource source, uint first
                              .dir = ray.dir,
                              .beta = V3(weight, weight, weight),
                              .pdf = (vf)(-1.0f),
+#if EK_HAS_path_log
+                             .plain_pdf = (vf)(-1.0f),
+#endif
                              .expected = (vf)(0.0f),
                              .light_ratio = (vf)(0.0f),
                              .source_group = (vu)(0u),

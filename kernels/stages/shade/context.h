@@ -76,6 +76,9 @@ typedef struct {
   CellKey cell_key;
   vf expected;       // luminance that the pilot expects of the path; 0: not known yet
 #endif
+#if EK_HAS_path_log
+  vf transmitted;    // share of the luminance that the medium on the way here leaves
+#endif
 } ShadingPoint;
 
 #endif

@@ -88,15 +88,12 @@ EK_FN vf sampled_light_share(const ShadeContext* c, const ShadingPoint* point, v
 }
 #endif
 
-/// The radiance that a sample brings to the camera if nothing is in the way. f: eval of the BSDF
-/// towards wi
-EK_FN v3 direct_light_radiance(const ShadeContext* c, const ShadingPoint* point, LightRay shadow, vf weight,
-                               v3 wi, v3 f) {
-  const v3 arriving = scale3(mul3(mul3(point->beta, f), shadow.radiance), div_f(weight, shadow.pdf * EK_LIGHT_MEAN));
-  if (!EK_HAS_absorption) return arriving;
+/// The share of a light's radiance that the medium on the way leaves. wi: towards the light, local
+EK_FN v3 direct_light_transmittance(const ShadeContext* c, const ShadingPoint* point, LightRay shadow, v3 wi) {
+  if (!EK_HAS_absorption) return V3((vf)(1.0f), (vf)(1.0f), (vf)(1.0f));
   const vu medium = wi.z < 0.0f ? point->interface.transmitted_medium : point->interface.medium;
   const vf distance = shadow.t_max < EK_INFINITY ? sqrt_f(dot3(shadow.dir, shadow.dir)) : EK_INFINITY;
-  return mul3(arriving, transmittance(medium_absorption(c->scene, medium), distance));
+  return transmittance(medium_absorption(c->scene, medium), distance);
 }
 
 /// Samples the light that was picked for each lane, and stores a pending shadow ray for each lane
@@ -128,6 +125,9 @@ EK_FN uint direct_light_cast(const ShadeContext* c, const ShadingPoint* point, P
   if (EK_HAS_nested_media) pending = pending & !point->interface.is_null;
   if (EK_HAS_each_light) pending = k < c->stage.frame->light_count ? pending : (vi)(0);
 
+  const v3 left = direct_light_transmittance(c, point, shadow, wi);
+  v3 radiance = scale3(mul3(mul3(point->beta, f), shadow.radiance), div_f(weight, shadow.pdf * EK_LIGHT_MEAN));
+  if (EK_HAS_absorption) radiance = mul3(radiance, left);
   OpacityKey opacity = {(vu)(0u), (vu)(0u)};
   if (EK_HAS_opacity) opacity = opacity_key(point->key + k * EK_LIGHT_SAMPLE_KEY, point->index, c->depth, 1u);
   const ShadowRay ray = {.path = point->path,
@@ -141,9 +141,9 @@ EK_FN uint direct_light_cast(const ShadeContext* c, const ShadingPoint* point, P
                          .t_max = shadow.t_max,
                          .origin_prim = point->triangle,
                          .target_prim = shadow.goal,
-                         .radiance = direct_light_radiance(c, point, shadow, weight, wi, f),
+                         .radiance = radiance,
 #if EK_HAS_path_log
-                         .logged = luminance(mul3(f, shadow.radiance)) * div_f(weight, shadow.pdf),
+                         .logged = luminance(mul3(mul3(f, shadow.radiance), left)) * div_f(weight, shadow.pdf) * point->transmitted,
 #endif
                          .light_group = light.group,
                          .null_interface_count = point->interface.null_interface_count};

@@ -66,7 +66,7 @@ EK_FN void add_emission(const ShadeContext* c, const PathHit* hit, const HitMate
 #endif
   const vf weight = emission_weight(hit, hit->path.pdf, light_pdf) * share;
 #if EK_HAS_path_log
-  const vf plain_weight = emission_weight(hit, hit->path.plain_pdf, light_pdf) * share;
+  const vf plain_weight = emission_weight(hit, hit->path.plain_pdf, light_pdf) * share * point->transmitted;
   log_set_f(c->stage.log, c->depth, LOG_emitted, emits, hit->path.path, luminance(material->emission) * plain_weight);
 #endif
   const v3 radiance = scale3(mul3(point->beta, material->emission), weight);

@@ -64,7 +64,6 @@ EK_FN void log_vertex_end(const ShadeContext* c, const PathHit* hit, const Shadi
                           const ScatteredPath* next) {
   const PathLog log = c->stage.log;
   const vu path = hit->path.path;
-  const vf before = luminance(abs3(point->beta)), after = luminance(abs3(next->beta));
   const vu info = (guide_bin(next->wi) & (uint)LOG_BIN_MASK) | (uint)LOG_HIT |
                   ((point->live & point->is_guided) ? (vu)(LOG_GUIDED) : (vu)(0u)) |
                   (next->survives ? (vu)(LOG_CONTINUES) : (vu)(0u));
@@ -72,8 +71,8 @@ EK_FN void log_vertex_end(const ShadeContext* c, const PathHit* hit, const Shadi
   log_set(log, c->depth, LOG_xy, hit->live, path, point->cell_key.xy);
   log_set(log, c->depth, LOG_zn, hit->live, path, point->cell_key.zn);
   log_set_f(log, c->depth, LOG_distance, hit->live, path, hit->t);
-  log_set_f(log, c->depth, LOG_weight, hit->live, path, before > 0.0f ? div_f(after, before) : (vf)(0.0f));
-  log_set_f(log, c->depth, LOG_albedo, hit->live, path, luminance(point->material.base_color));
+  log_set_f(log, c->depth, LOG_weight, hit->live, path, log_share(hit->path.beta, next->beta));
+  log_set_f(log, c->depth, LOG_albedo, hit->live, path, luminance(point->material.base_color) * point->transmitted);
 }
 #endif
 

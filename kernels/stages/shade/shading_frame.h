@@ -64,6 +64,9 @@ EK_FN ShadingPoint shading_point(const ShadeContext* c, const PathHit* hit, cons
   point.beta = hit->path.beta;
   if (EK_HAS_absorption)
     point.beta = mul3(point.beta, transmittance(medium_absorption(c->scene, interface->medium), hit->t));
+#if EK_HAS_path_log
+  point.transmitted = log_share(hit->path.beta, point.beta);
+#endif
   return point;
 }
 
