@@ -8,8 +8,9 @@
 // latter are called rough targets, and differ in that paths from the camera find light at them by light sampling, too. Unless a trial
 // has learned where starts bring most, a direction is chosen uniformly within the cones of all targets, so its density is the number of
 // cones that it lies in over the sum of their solid angles; parallel light, and light of an environment map from a direction that is
-// chosen as light sampling does, starts from the balls' discs likewise. No light path starts elsewhere, and paths from the camera that
-// find such light take the density 0 for it.
+// chosen as light sampling does, starts from the balls' discs likewise. A light path ends if the first surface that it meets is no
+// target, and paths from the camera keep all light that reaches them from a lamp by way of such a surface: that may lie within a target's
+// cone or outside of all, and only a look at every target would tell.
 #ifndef EK_LIGHT_PATH_H
 #define EK_LIGHT_PATH_H
 #include "lights/emission.h"
@@ -25,9 +26,10 @@
 #endif
 
 // The lowest bits of the word light_ratio are a mark, and the number itself is not exact to them: of a camera path, the solid angle
-// of the lobe of the rough target that it leaves; of a light path that has just started, emission_aim of its light, or that it is
-// parallel.
+// of the lobe of the rough target that it leaves, or that it was reflected or refracted exactly by a surface that is no target; of a light
+// path that has just started, emission_aim of its light, or that it is parallel.
 #define EK_RATIO_MARK 31u
+#define EK_NO_TARGET_MARK EK_RATIO_MARK
 #define EK_LEAST_LOBE_EXPONENT (127u - 25u)  // of 2^-25 sr; smaller ones are as good as none
 #define EK_PARALLEL_MARK EK_RATIO_MARK
 EK_FN vi is_marked(vf ratio) { return (AS_U(ratio) & EK_RATIO_MARK) != 0u; }
@@ -74,10 +76,11 @@ EK_FN vf camera_share(vf marked_ratio, vf density) {
   return ratio == EK_MERGED ? (density > 0.0f ? (vf)(0.0f) : (vf)(1.0f)) : share;
 }
 
-/// Mask of the camera paths that share the light of a lamp, or of an environment, that they meet. pdf, ratio: as PathState's
+/// Mask of the camera paths that share the light of a lamp, or of an environment, that they meet: those that come from a target, where
+/// exact ones have no mark, and rough ones have one. pdf, ratio: as PathState's
 EK_FN vi is_shared_scattering(vf pdf, vf ratio) {
-  const vi is_exact = pdf < 0.0f;
-  return (EK_ROUGH_TARGETS ? is_exact | is_marked(ratio) : is_exact) & is_shared_ratio(ratio);
+  const vi is_exact = pdf < 0.0f, has_mark = is_marked(ratio);
+  return (EK_ROUGH_TARGETS ? is_exact ^ has_mark : is_exact & !has_mark) & is_shared_ratio(ratio);
 }
 
 /// Density with which light paths start from a point of a lamp, per m^2.

@@ -4,8 +4,9 @@
 #define EK_SHARED_LIGHT_TARGET_H
 #include "shared/guide.h"
 
-// Flag of MaterialRecord: the surface scatters light nearly as a mirror or as clear glass does, so light paths are aimed at it.
+// Flags of MaterialRecord. Light paths are aimed at surfaces that reflect or refract exactly, or nearly so: the latter are rough targets.
 #define EK_MATERIAL_ROUGH_TARGET 0x2000u
+#define EK_MATERIAL_LIGHT_TARGET 0x4000u  // both kinds
 
 // This is 1 if the scene has any; programs of scenes without them leave their code out.
 #ifndef EK_ROUGH_TARGETS  // where only the text is checked

@@ -8,6 +8,12 @@
 /// Mask of the records that are shapes: their third corner is NaN (shared/records.def).
 EK_FN vi is_shape_record(TriangleLanes record) { return record.p2.x != record.p2.x; }
 
+/// Mask of the records of planes without end, as is_endless_box of host/scene/endless.h.
+EK_FN vi is_endless_record(TriangleLanes record) {
+  const vf farthest = max_f(max_component(abs3(record.p0)), max_component(abs3(record.p1)));
+  return is_shape_record(record) & (farthest > 0x1p41f);
+}
+
 typedef struct {
   global const Triangle* triangles;
   global const TriangleNormals* triangle_normals;

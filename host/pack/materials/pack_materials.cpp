@@ -76,6 +76,7 @@ class MaterialPacker {
     r.flags = 1U << std::uint32_t(lobe_of(m)) | (m.double_sided ? EK_MATERIAL_DOUBLE_SIDED : 0) |
               (m.unlit ? EK_MATERIAL_UNLIT : 0) | (m.alpha_mode == AlphaMode::mask ? EK_MATERIAL_MASK : 0) |
               (m.alpha_mode == AlphaMode::blend ? EK_MATERIAL_BLEND : 0) | (is_solid(m) ? EK_MATERIAL_SOLID : 0) |
+              (is_light_target(m) ? EK_MATERIAL_LIGHT_TARGET : 0) |
               (is_rough_light_target(m) ? EK_MATERIAL_ROUGH_TARGET : 0);
     return r;
   }

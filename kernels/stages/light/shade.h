@@ -2,7 +2,7 @@
 // Stage `light_shade`.   From: light paths of this depth that hit something.
 //                        To: the light paths of the next depth, and pending shadow rays to the camera.
 // The steps are those of stage `shade`, for paths that carry light instead of looking for it. A light path ends unless
-// its first surface reflects or refracts it exactly, or is a rough target. From the second surface on, a shadow ray joins it to
+// its first surface is a target that reflects or refracts it exactly, or a rough target. From the second surface on, a shadow ray joins it to
 // the camera and carries what arrives there.
 //
 // BSDFs are those of the camera's paths: wo is towards the camera. Where a light path is scattered otherwise than by a
@@ -162,9 +162,9 @@ EK_FN ScatteredPath light_scatter(const ShadeContext* c, const PathHit* hit, con
   }
   next.beta = mul3(point->beta, weight);
   next.survives = next.survives & (max_component(abs3(next.beta)) > 0.0f);
-  const vi reversible = is_reversible(c, hit, material, point, &next);
-  vi scatters = (vi)(-1);
+  vi reversible = is_reversible(c, hit, material, point, &next), scatters = (vi)(-1);
   if (c->depth == 1) {
+    reversible = reversible & is_target(c, hit, EK_MATERIAL_LIGHT_TARGET);
     scatters = is_unbent_rough_target(c, hit, material, point);
     if (EK_HAS_SHADING_NORMAL & point->detailed)
       scatters = scatters & is_unbent_from(point->n_shade, point->n_geom, next.dir, (vi)(-1));

@@ -23,11 +23,14 @@
 #include "stages/shade/scatter.h"
 
 #if EK_HAS_light_paths
-/// Mask of the lanes that hit a rough target.
+/// Mask of the lanes that hit a target of a kind, EK_MATERIAL_LIGHT_TARGET or EK_MATERIAL_ROUGH_TARGET. No ball holds a plane without end,
+/// so it is no target whatever its material is.
+EK_FN vi is_target(const ShadeContext* c, const PathHit* hit, uint kind) {
+  const vi is = (load_word_u(MaterialRecord, c->scene.materials, hit->corners.material, flags) & kind) != 0u;
+  return EK_HAS_plane ? is & !is_endless_record(hit->corners) : is;
+}
 EK_FN vi is_rough_target(const ShadeContext* c, const PathHit* hit) {
-  if (!EK_ROUGH_TARGETS) return (vi)(0);
-  return (load_word_u(MaterialRecord, c->scene.materials, hit->corners.material, flags) & EK_MATERIAL_ROUGH_TARGET) !=
-         0u;
+  return EK_ROUGH_TARGETS ? is_target(c, hit, EK_MATERIAL_ROUGH_TARGET) : (vi)(0);
 }
 
 /// light_ratio of the first surface on a path from the camera.
@@ -107,14 +110,19 @@ EK_FN vf next_light_ratio(const ShadeContext* c, const PathHit* hit, const HitMa
   if (c->depth == 1)
     return is_exact ? (vf)(EK_HAS_merging ? EK_SEEN_EXACTLY : 0.0f)
                     : first_light_ratio(c, hit, point, hit->path.dir, hit->t);
-  const vf ratio = next_shared_ratio(c, hit, material, point, next);
+  vf ratio = next_shared_ratio(c, hit, material, point, next);
+  const vi shares_exactly = is_exact & is_shared_ratio(ratio);
+  if (ANY(shares_exactly)) {
+    const vi no_target = shares_exactly & !is_target(c, hit, EK_MATERIAL_LIGHT_TARGET);
+    ratio = no_target ? marked(ratio, (vu)(EK_NO_TARGET_MARK)) : ratio;
+  }
   if (!EK_ROUGH_TARGETS) return ratio;
   vi is_rough = !is_exact & (point->light_ratio != 0.0f);
   if (!ANY(is_rough)) return ratio;
   if (EK_HAS_SHADING_NORMAL & point->detailed)
     is_rough = is_rough & is_unbent_from(point->n_shade, point->n_geom, next->dir, (vi)(-1));
   const vu mark = lobe_mark(lobe_sr(point->material.ggx_alpha, abs_f(dot3(point->n_geom, next->dir))));
-  return marked(ratio, is_rough ? mark : (vu)(0u));
+  return is_rough ? marked(ratio, mark) : ratio;
 }
 
 /// light_ratio by which a path shares what it samples of lights at this hit (sampled_light_share); 0: it shares nothing.
