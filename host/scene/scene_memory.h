@@ -18,7 +18,9 @@ namespace eikon {
 /// The vertex data beyond positions, normals and colours that a material needs.
 struct MaterialNeeds {
   std::array<bool, 2> uv{};               // sets of texture coordinates
-  std::optional<std::size_t> tangents{};  // the set that they are made from
+  std::optional<std::size_t> tangents{};  // the set that they are made from,
+  // and the map from it to the image whose axes they follow, (u, v) to (u, v).
+  std::array<float, 4> tangents_from_uv{1, 0, 0, 1};
   auto operator<=>(const MaterialNeeds&) const = default;
 };
 

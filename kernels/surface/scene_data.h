@@ -3,6 +3,7 @@
 // not need is a dummy.
 #ifndef EK_SCENE_DATA_H
 #define EK_SCENE_DATA_H
+#include "lanes/math.h"
 #include "lanes/record_lanes.h"
 
 /// Mask of the records that are shapes: their third corner is NaN (shared/records.def).

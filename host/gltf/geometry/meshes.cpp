@@ -51,7 +51,11 @@ MaterialNeeds MeshReader::needs_of(const Material& material) {
     if (use.texture->uv_set < kUvSets) needs.uv[use.texture->uv_set] = true;
   for (const auto* texture :
        {&material.normal_texture, &material.clearcoat_normal_texture, &material.anisotropy_texture})
-    if (*texture && !needs.tangents) needs.tangents = (*texture)->uv_set;
+    if (*texture && !needs.tangents) {
+      const auto& [u, v] = (*texture)->image_from_uv;
+      needs.tangents = (*texture)->uv_set;
+      if (u.x * v.y != u.y * v.x) needs.tangents_from_uv = {u.x, u.y, v.x, v.y};
+    }
   if (material.anisotropy > 0 && !needs.tangents) needs.tangents = 0;
   return needs;
 }
@@ -276,7 +280,8 @@ void MeshReader::read_surface(const Part& part, const VertexChoice& vertices, st
   read_uv(part, vertices, position_count, primitive);
 
   const Accessor* tangents = checked_attribute(part, "TANGENT", position_count);
-  const std::optional<std::size_t> set = needs_of(material).tangents;
+  const MaterialNeeds needs = needs_of(material);
+  const std::optional<std::size_t> set = needs.tangents;
   if (!set || *set >= kUvSets) return;
   // A mesh without normals of its own is flat, and tangents that it brings belong to others [glTF
   // 2.0, section 3.7.2.1].
@@ -284,7 +289,7 @@ void MeshReader::read_surface(const Part& part, const VertexChoice& vertices, st
     primitive.tangents_object = read_tangents(*tangents, vertices, primitive.normals_object, part.user, source_.notes);
   if (!primitive.tangents_object.empty()) return;
   if (!primitive.uv[*set].empty())
-    return source_.missing_tangents == MissingTangents::make ? make_tangents(primitive, *set)
+    return source_.missing_tangents == MissingTangents::make ? make_tangents(primitive, *set, needs.tangents_from_uv)
                                                              : mark_tangents(primitive);
   source_.notes.warn(
       fmt::format("{}: material {} is anisotropic, but the primitive has neither TANGENT nor {}; taken as isotropic",

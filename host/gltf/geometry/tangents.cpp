@@ -38,14 +38,20 @@ Index last_corner(Index c) { return c % 3 == 0 ? c + 2 : c - 1; }
 /// The primitive as triangles with a position, a normal and a texture coordinate at each corner.
 class Corners {
  public:
-  Corners(const Primitive& primitive, std::size_t uv_set)
-      : primitive_(primitive), uv_(primitive.uv[uv_set]), flat_(primitive.normals_object.empty()) {}
+  Corners(const Primitive& primitive, std::size_t uv_set, const std::array<float, 4>& image_from_uv)
+      : primitive_(primitive),
+        uv_(primitive.uv[uv_set]),
+        map_(image_from_uv),
+        flat_(primitive.normals_object.empty()) {}
 
   [[nodiscard]] Index count() const { return static_cast<Index>(primitive_.indices.size()); }
   [[nodiscard]] Index vertex(Index c) const { return primitive_.indices[c]; }
   [[nodiscard]] bool flat() const { return flat_; }
   [[nodiscard]] const glm::vec3& position(Index c) const { return primitive_.positions_object[vertex(c)]; }
-  [[nodiscard]] const glm::vec2& uv(Index c) const { return uv_[vertex(c)]; }
+  [[nodiscard]] glm::vec2 uv(Index c) const {
+    const glm::vec2& uv = uv_[vertex(c)];
+    return {map_[0] * uv.x + map_[1] * uv.y, map_[2] * uv.x + map_[3] * uv.y};
+  }
   [[nodiscard]] glm::vec3 normal(Index c) const {
     if (!flat_) return primitive_.normals_object[vertex(c)];
     const Index first = c / 3 * 3;
@@ -57,6 +63,7 @@ class Corners {
  private:
   const Primitive& primitive_;
   const SharedVector<glm::vec2>& uv_;
+  std::array<float, 4> map_;  // image_from_uv
   bool flat_;
 };
 
@@ -296,9 +303,9 @@ void mark_tangents(Primitive& primitive) {
   primitive.tangents_object.assign(primitive.positions_object.size(), glm::vec4(0.0F));
 }
 
-void make_tangents(Primitive& primitive, std::size_t uv_set) {
+void make_tangents(Primitive& primitive, std::size_t uv_set, const std::array<float, 4>& image_from_uv) {
   if (primitive.indices.size() >= kNone) throw InputError("a mesh of more than 2^32 corners; split it");
-  const Corners corners(primitive, uv_set);
+  const Corners corners(primitive, uv_set, image_from_uv);
   const Tangents tangents(corners);
 
   // Corners of a vertex with the same tangent stay together; the first of them keep its number.

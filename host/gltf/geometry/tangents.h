@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <array>
 #include <cstddef>
 
 #include "scene/scene.h"
@@ -21,8 +22,9 @@ namespace eikon {
 /// their neighbours, those whose corners coincide that of a good corner there. Where nothing is
 /// left to take, the tangent is the x axis brought into the plane of the normal (in his code the x
 /// axis itself, which may be the normal), and w is 1.
+/// image_from_uv  rows of the linear map from the texture coordinates to the image whose axes the tangents follow; it has an inverse
 /// throws InputError above 2^32 corners
-void make_tangents(Primitive& primitive, std::size_t uv_set);
+void make_tangents(Primitive& primitive, std::size_t uv_set, const std::array<float, 4>& image_from_uv = {1, 0, 0, 1});
 
 /// Refuses what make_tangents refuses, and sets tangents of 0: for those who only want to know that
 /// there are some.
