@@ -32,8 +32,8 @@ constexpr std::uint64_t kLeastPathsToGiveUp = 1U << 17;  // smaller pilots show 
 // After this round the pilot also gives up if lamps light the surfaces, and these light no others.
 constexpr std::size_t kRoundOfDirectLight = 1;
 
-/// The paths of one way of sampling in the trial.
-struct Trial {
+/// What paths of one way of sampling have brought, in a round or in the trial.
+struct PathStatistics {
   std::vector<double> count, sum, square;        // luminance of paths, by pixel
   std::array<std::vector<double>, 2> replicate;  // sums of its halves, which are scrambled apart
   double rays = 0, paths = 0;
@@ -41,8 +41,8 @@ struct Trial {
 };
 
 /// Without guiding, and with it.
-struct Trials {
-  Trial without, with;
+struct BothWays {
+  PathStatistics without, with;
 };
 
 class GuidingPilot {
@@ -64,28 +64,28 @@ class GuidingPilot {
     for (std::size_t round = 0; round < kRounds.size(); ++round) {
       guide_with(learner.table(), round == 0 ? 0 : kRouletteDepth);
       if (round > 0) rounds_.with = {};
-      Trial& trial = round == 0 ? rounds_.without : rounds_.with;
+      PathStatistics& way = round == 0 ? rounds_.without : rounds_.with;
       render(samples_ * kRounds[round], [&](const PathLog& log) {
         learner.add(log);
-        add(trial, log);
+        add(way, log);
       });
-      add_to_means(trial);
+      add_to_means(way);
       if (guiding != Guiding::on && gives_up_after(round, learner, pilot)) return;
       learner.end_round(round + 2 >= kRounds.size());  // the last two rounds and the trial count together
     }
     const GuideTable table = learner.table();
-    Trials trials;
+    BothWays trial;
     const std::uint64_t begin = next_;
-    for (Trial* trial : {&trials.without, &trials.with}) {
+    for (PathStatistics* way : {&trial.without, &trial.with}) {
       next_ = begin;  // both ways have the same samples: what guiding does not change has the same noise in both
-      guide_with(table, trial == &trials.without ? 0 : kRouletteDepth);
+      guide_with(table, way == &trial.without ? 0 : kRouletteDepth);
       render(samples_ * kTrial, [&](const PathLog& log) {
         learner.add(log);
-        add(*trial, log);
+        add(*way, log);
       });
     }
     learner.end_round();
-    decide(learner.table(), trials, guiding, pilot);
+    decide(learner.table(), trial, guiding, pilot);
   }
 
  private:
@@ -140,71 +140,70 @@ class GuidingPilot {
 
   /// Adds a round to the means by which errors are judged. They do not have the trial's samples: one that is bright would
   /// otherwise raise the mean of its pixel and so hide itself.
-  void add_to_means(const Trial& round) {
+  void add_to_means(const PathStatistics& round) {
     for (std::size_t pixel = 0; pixel < sums_.size(); ++pixel) sums_[pixel] += round.sum[pixel];
     means_ = sums_;
     for (double& value : means_) value /= double(next_);
     means_ = smoothed(means_, picture_.settings().width);
   }
 
-  /// True if all that a vertex adds to its path is the emission of a surface.
-  [[nodiscard]] static bool is_unlit_lamp(const PathLog& log, std::size_t path, std::uint32_t vertex) {
+  /// True if all that a vertex adds is its own emission: light sampling found nothing there.
+  [[nodiscard]] static bool only_emits(const PathLog& log, std::size_t path, std::uint32_t vertex) {
     return (log.word(path, vertex, LOG_info) & LOG_HIT) != 0 && log.number(path, vertex, LOG_emitted) > 0 &&
            log.number(path, vertex, LOG_sampled) == 0;
   }
 
-  void add(Trial& trial, const PathLog& log) const {
-    for (auto* list : {&trial.count, &trial.sum, &trial.square, &trial.replicate[0], &trial.replicate[1]})
+  void add(PathStatistics& way, const PathLog& log) const {
+    for (auto* list : {&way.count, &way.sum, &way.square, &way.replicate[0], &way.replicate[1]})
       list->resize(picture_.pixel_count());
     const std::vector<double> values = luminances(log);
-    trial.paths += double(values.size());
+    way.paths += double(values.size());
     for (std::size_t path = 0; path < values.size(); ++path) {
       const std::size_t pixel = unit_->first_pixel + path % unit_->pixels;
-      trial.count[pixel] += 1;
-      trial.sum[pixel] += values[path];
-      trial.square[pixel] += values[path] * values[path];
-      trial.replicate[(unit_->sample_begin + path / unit_->pixels) % 2][pixel] += values[path];
+      way.count[pixel] += 1;
+      way.sum[pixel] += values[path];
+      way.square[pixel] += values[path] * values[path];
+      way.replicate[(unit_->sample_begin + path / unit_->pixels) % 2][pixel] += values[path];
       for (std::uint32_t v = 0; v < EK_LOG_DEPTHS; ++v) {
         const std::uint32_t info = log.word(path, v, LOG_info);
         if ((info & (LOG_HIT | LOG_MISS)) == 0) break;
-        trial.rays += (info & LOG_HIT) != 0 ? 2 : 1;  // with a shadow ray
-        if (v > 0 && !is_unlit_lamp(log, path, v)) trial.has_indirect_light = true;
+        way.rays += (info & LOG_HIT) != 0 ? 2 : 1;  // with a shadow ray
+        if (v > 0 && !only_emits(log, path, v)) way.has_indirect_light = true;
       }
     }
   }
 
   /// Variance of a sample in a pixel, as of independent ones.
-  [[nodiscard]] static double sample_variance(const Trial& trial, std::size_t pixel) {
-    const double n = trial.count[pixel], mean = trial.sum[pixel] / n;
-    return std::max(trial.square[pixel] / n - mean * mean, 0.0);
+  [[nodiscard]] static double sample_variance(const PathStatistics& way, std::size_t pixel) {
+    const double n = way.count[pixel], mean = way.sum[pixel] / n;
+    return std::max(way.square[pixel] / n - mean * mean, 0.0);
   }
   /// The same from the difference of its halves, which have less where samples fill each other's gaps.
-  [[nodiscard]] static double replicate_variance(const Trial& trial, std::size_t pixel) {
-    const double half = 0.5 * trial.count[pixel];
-    const double difference = (trial.replicate[0][pixel] - trial.replicate[1][pixel]) / half;
+  [[nodiscard]] static double replicate_variance(const PathStatistics& way, std::size_t pixel) {
+    const double half = 0.5 * way.count[pixel];
+    const double difference = (way.replicate[0][pixel] - way.replicate[1][pixel]) / half;
     return 0.5 * half * difference * difference;
   }
 
   /// Error times rays without guiding over that with it, by every `step`th pixel from `first` on. The error is the
   /// sum over pixels of the variance over the squared mean.
   template <class Variance>
-  [[nodiscard]] double gain(const Trials& trials, std::size_t first, std::size_t step, const Variance& variance) const {
+  [[nodiscard]] double gain(const BothWays& both, std::size_t first, std::size_t step, const Variance& variance) const {
     const double all = std::accumulate(means_.begin(), means_.end(), 0.0) / double(means_.size());
-    const auto cost = [&](const Trial& trial) {
+    const auto cost = [&](const PathStatistics& way) {
       double error = 0;
-      for (std::size_t i = first; i < means_.size(); i += step)
-        error += variance(trial, i) / error_scale(means_[i], all);
-      return error * trial.rays / trial.paths;
+      for (std::size_t i = first; i < means_.size(); i += step) error += variance(way, i) / error_scale(means_[i], all);
+      return error * way.rays / way.paths;
     };
-    const double with = cost(trials.with);
-    return with > 0 ? cost(trials.without) / with : 1;
+    const double with = cost(both.with);
+    return with > 0 ? cost(both.without) / with : 1;
   }
 
   /// The least gain of the whole picture and of both its halves, since what holds for one of them alone is chance; and of
   /// the whole by the other variance, since gains where samples fill each other's gaps anyway are none.
-  [[nodiscard]] double least_gain(const Trials& trials) const {
-    return std::min({gain(trials, 0, 1, sample_variance), gain(trials, 0, 2, sample_variance),
-                     gain(trials, 1, 2, sample_variance), gain(trials, 0, 1, replicate_variance)});
+  [[nodiscard]] double least_gain(const BothWays& both) const {
+    return std::min({gain(both, 0, 1, sample_variance), gain(both, 0, 2, sample_variance),
+                     gain(both, 1, 2, sample_variance), gain(both, 0, 1, replicate_variance)});
   }
 
   /// True if the rest of the pilot can be spared, because there is nothing to learn, or because this round and the one before did so
@@ -228,8 +227,8 @@ class GuidingPilot {
     pilot.report.gain = gain;
   }
 
-  void decide(GuideTable table, const Trials& trials, Guiding guiding, Pilot& pilot) const {
-    report(table, least_gain(trials), pilot);
+  void decide(GuideTable table, const BothWays& both, Guiding guiding, Pilot& pilot) const {
+    report(table, least_gain(both), pilot);
     if (guiding != Guiding::on && pilot.report.gain < kLeastGain) return;
     table.roulette_depth = pilot.report.roulette_depth = kRouletteDepth;
     pilot.report.digest = table.digest();
@@ -243,7 +242,7 @@ class GuidingPilot {
   double usual_luminance_ = 1;
   std::vector<double> sums_, means_;  // luminance of the paths of all rounds, by pixel; means are smoothed
   double gain_of_round_ = 0;          // the last one
-  Trials rounds_;                     // paths without a table, and those of the last round with one
+  BothWays rounds_;                   // paths without a table, and those of the last round with one
   std::uint64_t next_ = 0, paths_ = 0;
   const PilotUnit* unit_ = nullptr;  // that was rendered last
 };
