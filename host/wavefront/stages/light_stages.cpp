@@ -201,7 +201,9 @@ void LightStages::collect(LightUnit& lights, std::size_t which) {
     else if (first.sample_end - first.sample_begin > 1)
       first.sample_end = second.sample_begin = std::midpoint(first.sample_begin, first.sample_end);
     else
-      throw DeviceError("a light path leaves more splats than there is memory for; use --light-paths off");
+      throw DeviceError(lights.frame.of_light_paths == EK_OF_PHOTONS
+                            ? "a light path leaves more photons than there is memory for; leave --caustics merge out"
+                            : "a light path leaves more splats than there is memory for; use --light-paths off");
     lights.left.push_back(second);
     lights.left.push_back(first);
     return;
