@@ -62,7 +62,7 @@ typedef struct {
 
 EK_FN ShapeRows shape_rows(ShapeLanes s) {
   const vf largest = max_f(max_f(max_component(abs3(s.x)), max_component(abs3(s.y))), max_component(abs3(s.z)));
-  const vf scale = AS_F(0x7f000000u - (AS_U(largest) & 0x7f800000u));
+  const vf scale = inverse_power_of_two(largest);
   const ShapeRows rows = {scale3(s.x, scale), scale3(s.y, scale), scale3(s.z, scale), scale};
   return rows;
 }

@@ -66,9 +66,9 @@ EK_FN void clip_axis(vf o, vf d, vf lo, vf hi, vf* begin, vf* end) {
 /// The ray (o, d), d of any length, 0 < t, clipped to [lo, hi]; all in the formula's coordinates.
 EK_FN ImplicitRay implicit_ray(v3 o, v3 d, v3 lo, v3 hi) {
   ImplicitRay ray;
-  const vu exponent = AS_U(max_component(abs3(d))) & 0x7f800000u;
-  const vi usable = (exponent > 0x01000000u) & (exponent < 0x7e000000u);
-  ray.per_length = AS_F(usable ? 0x7f000000u - exponent : (vu)(0x3f800000u));
+  const vf size = max_component(abs3(d));
+  const vi usable = (size >= 0x1p-124f) & (size < 0x1p+125f);
+  ray.per_length = usable ? inverse_power_of_two(size) : (vf)(1.0f);
   ray.d = scale3(d, ray.per_length);
   ray.reach = max_f(max_component(abs3(lo)), max_component(abs3(hi)));
   vf begin = (vf)(0.0f), end = (vf)(0x1p+120f);
@@ -194,7 +194,7 @@ EK_FN ImplicitPoint implicit_point(uint formula, ImplicitRay ray, vi live, vf s,
   const vi usable = is_finite(gradient.x) & is_finite(gradient.y) & is_finite(gradient.z) & (size > 0x1p-100f);
   // Where f has no slope no side is outwards, and the viewer's is as good as any. Scaling by a
   // power of two keeps squares in range.
-  const vf down_scale = AS_F(0x7f000000u - (AS_U(usable ? min_f(size, (vf)(0x1p+100f)) : (vf)(1.0f)) & 0x7f800000u));
+  const vf down_scale = inverse_power_of_two(usable ? min_f(size, (vf)(0x1p+100f)) : (vf)(1.0f));
   r.n = normalize3(select3(usable, scale3(gradient, down_scale), neg3(ray.d)));
   // Twice the pad of a search: a ray that runs along the surface at this height is not to meet it
   // elsewhere either.

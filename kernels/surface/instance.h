@@ -19,7 +19,7 @@ EK_FN v3 instance_point(InstanceTransform m, v3 p) { return add3(instance_direct
 EK_FN v3 unit_or_zero(v3 a) {
   const vf size = max_component(abs3(a));
   const vi some = (size > 0x1p-100f) & (size < 0x1p+100f);
-  const v3 unit = normalize3(scale3(a, AS_F(0x7f000000u - (AS_U(some ? size : (vf)(1.0f)) & 0x7f800000u))));
+  const v3 unit = normalize3(scale3(a, inverse_power_of_two(some ? size : (vf)(1.0f))));
   return select3(some, unit, V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f)));
 }
 

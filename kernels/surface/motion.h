@@ -51,9 +51,9 @@ EK_FN PoseSpan pose_span(SceneData scene, vu triangle, vf time) {
 /// Twice the area of a triangle; see triangle_normal() for the scaling.
 EK_FN vf twice_area(v3 p0, v3 p1, v3 p2) {
   const v3 n = cross3(sub3(p1, p0), sub3(p2, p0));
-  const vu exponent = AS_U(max_component(abs3(n))) & 0x7f800000u;
-  const v3 scaled = scale3(n, AS_F(0x7f000000u - exponent));
-  return sqrt_f(dot3(scaled, scaled)) * AS_F(exponent);
+  const vf size = max_component(abs3(n));
+  const v3 scaled = scale3(n, inverse_power_of_two(size));
+  return sqrt_f(dot3(scaled, scaled)) * AS_F(AS_U(size) & 0x7f800000u);
 }
 
 /// The triangles of a span in place of those of `t`, of which those that move are not read; without their normals.

@@ -14,8 +14,7 @@ EK_FN v3 triangle_normal(v3 p0, v3 p1, v3 p2) {
   const v3 n = cross3(sub3(p1, p0), sub3(p2, p0));
   // n has the size of a squared length, whose square would leave the range of float, so it is
   // scaled by a power of two first.
-  const vu exponent = AS_U(max_component(abs3(n))) & 0x7f800000u;
-  return normalize3(scale3(n, AS_F(0x7f000000u - exponent)));
+  return normalize3(scale3(n, inverse_power_of_two(max_component(abs3(n)))));
 }
 
 /// The point of weights 1 - u - v, u, v, and a bound on how far it is from the exact triangle, per
