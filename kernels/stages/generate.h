@@ -45,12 +45,9 @@ EK_FN_ONCE void stage_generate(StageContext stage, PathSource source, uint first
     const vu xy = gather_u(source.pixels, pixel < pixel_count ? pixel : (vu)(0u));
     const vu x = xy & 0xffffu, y = xy >> 16;
 
-    const uint bits = frame->replicate_bits;
-    const vu sample_low = (vu)(frame->sample_begin) + sample;
-    const uint high = frame->sample_high;
-    const vu replicate = sample_low & ((1u << bits) - 1u);
-    const vu index = bits == 0 ? sample_low : (sample_low >> bits) | (high << (32u - bits));
-    const vu key = sample_key(x, y, replicate, frame->seed, high >> bits);
+    const ReplicateSample in_replicate = replicate_sample(frame, sample);
+    const vu index = in_replicate.index;
+    const vu key = sample_key(x, y, in_replicate.replicate, frame->seed, frame->sample_high >> frame->replicate_bits);
 
     vf u, v;
     sample_2d(key, index, DIM_FILTER, &u, &v);

@@ -33,6 +33,20 @@ EK_FN vu sample_of_path(vu path, uint pixel_count) {
 #endif
 }
 
+/// A sample by its replicate and its index in there.
+typedef struct {
+  vu replicate;
+  vu index;  // low word; the high word is the same for the whole unit (Frame.sample_high >> Frame.replicate_bits)
+} ReplicateSample;
+
+/// sample  of the unit, as from sample_of_path
+EK_FN ReplicateSample replicate_sample(constant Frame* frame, vu sample) {
+  const uint bits = frame->replicate_bits, high = frame->sample_high;
+  const vu low = (vu)(frame->sample_begin) + sample;
+  const ReplicateSample s = {low & ((1u << bits) - 1u), bits == 0 ? low : (low >> bits) | (high << (32u - bits))};
+  return s;
+}
+
 // state_<type>, state_set_<type>: of the paths of a vector, from slot `slot` on.
 EK_FN vf state_vf(global const uint* state, uint word, uint slot) {
   return load_f((global const float*)(state + word * EK_STRIDE + slot));

@@ -18,17 +18,16 @@
 /// j       which of the sample's light paths
 /// sample  of the unit
 EK_FN vu light_path_key(constant Frame* frame, vu j, vu sample, vu* index, vu* replicate) {
-  const uint bits = frame->replicate_bits;
   const uint shift = 32u - clz(frame->light_path_count - 1u);  // 2^shift is the least power of two that is not less than it
-  const vu sample_low = (vu)(frame->sample_begin) + sample;
-  const uint high = frame->sample_high;
-  *replicate = sample_low & ((1u << bits) - 1u);
-  const vu block = bits == 0 ? sample_low : (sample_low >> bits) | (high << (32u - bits));
+  const ReplicateSample in_replicate = replicate_sample(frame, sample);
+  const vu block = in_replicate.index;
+  const uint high = frame->sample_high >> frame->replicate_bits;
+  *replicate = in_replicate.replicate;
   // block * 2^shift + j has up to 64 bits, and the high ones belong to the key.
   *index = shift == 0u ? block : (block << shift) | j;
   const vu above = shift == 0u ? (vu)(0u) : block >> (32u - shift);
-  const vu of_high = hash_bits(above + hash_bits((vu)(high >> bits)));
-  return sample_key(of_high & 0xffffu, of_high >> 16, *replicate, frame->seed ^ EK_LIGHT_PATH_SEED, high >> bits);
+  const vu of_high = hash_bits(above + hash_bits((vu)(high)));
+  return sample_key(of_high & 0xffffu, of_high >> 16, *replicate, frame->seed ^ EK_LIGHT_PATH_SEED, high);
 }
 
 /// source  with j of each light path of the unit, [frame.pixel_count], instead of pixels
