@@ -345,7 +345,7 @@ typedef struct {
   v3 origin;    // shadow ray: off the surface
   v3 dir;       // not unit: the light is at t = 1
   vf t_max;     // a little less than 1, or infinity towards distant lights
-  vu goal;      // RayEnds: the triangle at which it ends
+  vu target_prim;  // RayEnds: the triangle at which it ends
 } LightRay;
 
 /// p, p_error, n_geom  of the shading point
@@ -384,7 +384,7 @@ EK_FN LightRay light_ray(LightSample s, v3 p, v3 p_error, v3 n_geom) {
     margin = s.is_punctual ? (vf)(0x1p-17f) : margin;
   }
   path.dir = select3(s.is_distant, s.wi, sub3(target, path.origin));
-  path.goal = (s.is_distant | s.is_punctual | s.is_shape) ? (vu)(EK_NO_HIT) : s.triangle;
+  path.target_prim = (s.is_distant | s.is_punctual | s.is_shape) ? (vu)(EK_NO_HIT) : s.triangle;
   path.t_max = s.is_distant ? EK_INFINITY : 1.0f - margin;
   return path;
 }

@@ -133,7 +133,7 @@ EK_FN_ONCE void bench_scatter_run(constant Frame* frame, SceneData scene, LightD
   const LightSample light = light_sample(frame, light_data, picked, viewer, words);
   const LightRay path = light_ray(light, hit.p, hit.p_error, hit.n);
   const vi arrives = hit.live & (path.pdf > 0.0f) & (dot3(path.wi, hit.n) > 0.0f);
-  if (!EK_HAS_instance) ends.target_prim = path.goal;
+  if (!EK_HAS_instance) ends.target_prim = path.target_prim;
   const BenchRay shadow = {path.origin, path.dir, arrives ? path.t_max : (vf)(0.0f), ends};
   store_ray(tables.shadow, i, shadow);
 }

@@ -140,7 +140,7 @@ EK_FN uint direct_light_cast(const ShadeContext* c, const ShadingPoint* point, P
                          .dir = shadow.dir,
                          .t_max = shadow.t_max,
                          .origin_prim = point->triangle,
-                         .target_prim = shadow.goal,
+                         .target_prim = shadow.target_prim,
                          .radiance = radiance,
 #if EK_HAS_path_log
                          .logged = luminance(mul3(mul3(f, shadow.radiance), left)) * div_f(weight, shadow.pdf) * point->transmitted,
