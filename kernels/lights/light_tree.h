@@ -2,8 +2,8 @@
 // Importance sampling of many lights by a binary tree over them (host/pack/lights/light_tree.h). A
 // walk goes from the root to one light, and takes each side of a node with the probability of its
 // share of the light that the node is estimated to give to the shading point.
-//   An estimate is the energy of a side times the cosines at both ends over the squared distance.
-//   It is made of three moments: the centroid of the energy, the variance about it, and the mean
+//   An estimate is the power of a side times the cosines at both ends over the squared distance.
+//   It is made of three moments: the centroid of the power, the variance about it, and the mean
 //   direction of emission. Each factor is smoothed by what the moments leave uncertain, so that no
 //   light has an estimate of zero, be it near, behind, or below the horizon.
 //   Walks split integers [arithmetic coding]: a node splits a range of random words, and the final
@@ -57,7 +57,7 @@ EK_FN LightEstimate light_estimate(v3 p, v3 n, vi both_sides, v3 centroid, vf va
   const vf d2 = dot3(d, d);
   const vf height = dot3(n, d);
   const vf above = positive_part(both_sides ? abs_f(height) : height, variance);
-  // Isotropic emission gives a quarter of what the same energy gives in front of a surface.
+  // Isotropic emission gives a quarter of what the same power gives in front of a surface.
   const vf isotropic = 0.25f * max_f(1.0f - dot3(mean_direction, mean_direction), (vf)(0.0f));
   const vf ahead = positive_part(-dot3(mean_direction, d), isotropic * d2 + variance);
   LightEstimate e = {above * ahead, d2 + variance};
@@ -65,7 +65,7 @@ EK_FN LightEstimate light_estimate(v3 p, v3 n, vi both_sides, v3 centroid, vf va
 }
 
 // Probability of the left side of a node.
-EK_FN vf left_share(v3 p, v3 n, vi both_sides, LightNodeLanes r) {
+EK_FN vf left_probability(v3 p, v3 n, vi both_sides, LightNodeLanes r) {
   const LightEstimate left = light_estimate(p, n, both_sides, r.left_centroid, r.left_variance, r.left_mean_direction);
   const LightEstimate right = light_estimate(p, n, both_sides, r.right_centroid, r.right_variance, r.right_mean_direction);
   const vf nearer = div_f(left.distance2, right.distance2);
@@ -139,7 +139,7 @@ EK_FN void tree_search_step(global const LightNode* nodes, TreeSearch* t) {
   LightWalk* w = &t->walk;
   const vi walked = w->open;  // lanes that have arrived must not change while others walk on
   const LightNodeLanes r = load_light_node(nodes, w->node);
-  const vu split = light_walk_split(w->range, left_share(t->p, t->n, t->both_sides, r));
+  const vu split = light_walk_split(w->range, left_probability(t->p, t->n, t->both_sides, r));
   const vi left = t->rest < split;
   t->rest = (walked & !left) ? t->rest - split : t->rest;
   light_walk_go(w, left, split, r.link);
@@ -163,7 +163,7 @@ EK_FN vf light_tree_probability(global const LightNode* nodes, uint light_count,
   while (ANY(w.open)) {
     const vi walked = w.open;  // lanes that have arrived must not change while others walk on
     const LightNodeLanes r = load_light_node(nodes, w.node);
-    const vu split = light_walk_split(w.range, left_share(p, n, both_sides, r));
+    const vu split = light_walk_split(w.range, left_probability(p, n, both_sides, r));
     light_walk_go(&w, light < w.first + (r.link & ~LIGHT_TREE_RIGHT_IS_LIGHT), split, r.link);
     light_walk_widen(&w, walked & (w.range < LIGHT_WALK_NARROW));
   }

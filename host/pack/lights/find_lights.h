@@ -26,7 +26,7 @@ namespace eikon {
 [[nodiscard]] double scale_of_distant(double local, double distant);
 
 /// Shares the probability of all lights that have a place among their entries by flux. Of lights in a tree it depends on the
-/// shading point, and the summary says the share of the energy.
+/// shading point, and the summary says the share of the power.
 void share_by_flux(double probability, std::vector<PackedLight>& summary);
 
 struct FoundLight {

@@ -18,7 +18,7 @@ namespace eikon {
 namespace {
 
 constexpr int kBins = 16;
-constexpr double kLeastShare = 0x1p-20;       // the least share of a side in a node's energy
+constexpr double kLeastShare = 0x1p-20;       // the least share of a side in a node's power
 constexpr double kLeastVariance = 0x1p-40;    // in the nodes' unit; it keeps estimates within the range of floats
 constexpr std::uint32_t kLeastOfTask = 1024;  // lights of a side that is worth a task of its own
 
