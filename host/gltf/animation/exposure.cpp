@@ -43,7 +43,7 @@ auto vertices_of(const Scene& scene, std::size_t node, std::size_t primitive) {
   };
 }
 
-/// Returns how far the normals of a primitive are from the way between the two poses, in units of kNormal; in its own space.
+/// Returns how far the normals of a primitive are from the way between the two poses, in units of kNormal; in object space.
 double normal_deviation(const MidPose& step, std::size_t node, std::size_t primitive) {
   const auto &before = primitive_of(step.before, node, primitive).normals_object,
              &after = primitive_of(step.after, node, primitive).normals_object,
