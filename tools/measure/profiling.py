@@ -3,7 +3,7 @@
 """What the profile costs: renders in turns, with and without --profile, and with and without the processor's counter in the
 kernels (EIKON_TICKS=off). Prints the best time of each and how much longer it is than without; exit code 1 above --fail-above.
 
-    tools/bench_profile.py [--eikon build-release/eikon] [--rounds 7] [SCENE]
+    tools/measure/profiling.py [--eikon build-release/eikon] [--rounds 7] [SCENE]
 
 A script and no test: on a machine that does other things too, two runs of the same differ by more than what is measured."""
 
@@ -32,7 +32,7 @@ def seconds(options, folder, flags, variables):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    root = pathlib.Path(__file__).resolve().parent.parent
+    root = pathlib.Path(__file__).resolve().parents[2]
     parser.add_argument("scene", nargs="?", type=lambda p: pathlib.Path(p).resolve(), default=root / "scenes" / "cornell.gltf")
     parser.add_argument("--eikon", type=lambda p: str(pathlib.Path(p).resolve()), default=str(root / "build-release" / "eikon"))
     parser.add_argument("--rounds", type=int, default=7)
