@@ -51,9 +51,11 @@ void add_output_flags(CommandFlags& flags, RenderOptions& options) {
       [&](const std::string& text) {
         options.scene.depth_series.insert(std::uint32_t(parse_unsigned("--depth-series", text, kMaxScatterBound)));
       });
-  flags.text({"--pilot", "FILE",
-              "take what the pilot of --guiding learned from here, or keep it here if there is no such file"},
-             options.pilot);
+  flags.text(
+      {"--pilot", "FILE",
+       "take the pilot's decisions about light paths and guiding, and what it learned, from here, or keep them here "
+       "if there is no such file"},
+      options.pilot);
   flags.text({"--checkpoint", "FILE", "keep what is done here: regularly, at the end, and when interrupted"},
              options.checkpoint.file);
   flags.number({"--checkpoint-every", "SECONDS", "time between checkpoints [60]"}, options.checkpoint.every_s, 0.01,

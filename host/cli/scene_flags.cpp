@@ -142,10 +142,11 @@ void add_camera_flags(CommandFlags& flags, SceneOptions& options) {
        "usual (no trial), off, or their number for each path from the camera, up to 4 [auto]"},
       [&](const std::string& text) { parse_light_paths(text, options); });
   flags.suggest("--light-paths", {"auto", "usual", "off"});
-  flags.choice<bool>({"--caustics", "NAME",
-                      "unbiased; merge: caustics that are seen through glass or in a mirror are lit by photons, with a bias "
-                      "that falls with each sample [unbiased]"},
-                     options.merges_caustics, {{"unbiased", false}, {"merge", true}});
+  flags.choice<bool>(
+      {"--caustics", "NAME",
+       "unbiased; merge: caustics that are seen through glass or in a mirror are lit by photons, with a bias "
+       "that falls as samples are added [unbiased]"},
+      options.merges_caustics, {{"unbiased", false}, {"merge", true}});
   flags.parsed(
       {"--guiding", "NAME|PATHS",
        "auto; on; off: paths follow what a small pilot render learned about where light comes from, where that "

@@ -377,7 +377,7 @@ Prepared prepare(const SceneOptions& options, std::shared_ptr<Scene> loaded, con
       log("--caustics merge: this scene has no light paths, so nothing is merged, and the image has no bias");
   }
   if (settings.merges_caustics)
-    log("--caustics merge: the image has a bias, which falls with each sample: what glass and mirrors light up is "
+    log("--caustics merge: the image has a bias, which falls as samples are added: what glass and mirrors light up is "
         "blurred where it is seen through glass or in a mirror");
   log_unseen_lights(scene, settings, log);
   log_shutter(options, scene, settings, log);

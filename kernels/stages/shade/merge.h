@@ -4,7 +4,8 @@
 // Neither camera paths nor light paths find light that passes glass on both sides of a matte surface, if the lamp is small. So
 // a camera path that has been reflected or refracted exactly at every surface so far gathers, at each surface that scatters
 // otherwise, the photons within a radius [Jensen 1996]. The mean over the area in place of that at the point is biased;
-// the radius shrinks from sample to sample, so the picture converges [Knaus and Zwicker 2011].
+// the radius shrinks from one generation of samples to the next (host/wavefront/photons/photon_map.h), so the picture converges
+// [Knaus and Zwicker 2011].
 #ifndef EK_SHADE_MERGE_H
 #define EK_SHADE_MERGE_H
 #include "lights/light_path.h"
