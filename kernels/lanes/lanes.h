@@ -28,10 +28,10 @@
 #else
 #define EK_FN static inline __attribute__((always_inline))
 #endif
-// For the body of a kernel on CPU devices: PoCL compiles three copies of a kernel's own code, but
-// one of what it calls, unless that asks for the work-item's place: such functions are inlined
-// whatever they say, so bodies are given what follows from the place. For the stages in it, too,
-// which run over thousands of paths at a call: a compiler takes longer over one large body.
+// EK_FN_ONCE marks functions that are not inlined on CPU devices. These are the bodies of kernels, because PoCL compiles three
+// copies of a kernel's own code, but one of what it calls. It inlines a function that asks for the work-item's place all the same,
+// so a body gets what follows from the place as arguments. Stages, which run over thousands of paths at a call, and a few long
+// functions are marked too, because a compiler takes longer over one large body.
 #ifndef EK_FN_ONCE
 #if EK_WIDTH > 1 || defined(__x86_64__) || defined(__aarch64__)
 #define EK_FN_ONCE static __attribute__((noinline, unused))
@@ -168,9 +168,8 @@ EK_FN Rec rec16(global const void* records, vu i) {
 // across the register costs twice the time where some are not.
 typedef struct { vf w0, w1, w2, w3; } Quad;
 
-// One instruction of the compiler's each. Put together from parts of vectors, a pair of pairs is up
-// to fifteen, which no pass of its joins: a quarter of all that it had to go through for a simple
-// scene.
+// Each of these is one instruction of the compiler's intermediate code. If a vector is put together from parts, it becomes up to
+// fifteen of them, which no pass joins; they were a quarter of all instructions of a simple scene.
 #if EK_WIDTH == 8
 #define EK_ZIP_LO(a, b) __builtin_shufflevector(a, b, 0, 8, 1, 9, 4, 12, 5, 13)
 #define EK_ZIP_HI(a, b) __builtin_shufflevector(a, b, 2, 10, 3, 11, 6, 14, 7, 15)

@@ -27,6 +27,11 @@ enum {
   DIM_ENVIRONMENT  // texel of the environment's map and the place in it
 };
 
+// Light paths use the same pairs, some of them for other decisions. In stage light_generate DIM_FILTER chooses the light and the point
+// on it, x of DIM_TIME the target, DIM_LENS the direction within the target's cone or the place on its disc, and DIM_ENVIRONMENT of
+// depth 0 the texel. At a vertex DIM_LIGHT chooses the point on the lens (camera_view), and DIM_ENVIRONMENT the pixel among those whose
+// filter reaches the splat (splat_place).
+
 /// Dimension of decision `which` (DIM_SCATTER ...) at the vertex of that depth. No depth is the
 /// last.
 EK_FN uint bounce_dimension(uint depth, uint which) { return DIM_BOUNCE + depth * DIM_PER_BOUNCE + which; }
