@@ -34,7 +34,7 @@ typedef struct {
 // Density over that of the cosine, of one unit of weight.
 #define GUIDE_DENSITY ((float)EK_GUIDE_BINS / EK_GUIDE_TOTAL)
 
-/// The tables of a vector of shading points.
+/// The table that each lane follows: a cell of the guide, or of light_aim (lights/light_aim.h).
 typedef struct {
   global const uint* cells;
   vu cell;  // EK_NO_CELL: plain sampling

@@ -34,7 +34,7 @@ struct Ball {
   double radius = 0;
 };
 
-/// The ball around the middle of the pieces' bounds. It is not the least one, but within 15 % of that.
+/// The ball around the middle of the pieces' bounds. It may be larger than the least one: around a regular tetrahedron by up to a third.
 Ball ball_around(std::span<const Piece> pieces) {
   Bounds bounds;
   for (const Piece& piece : pieces)

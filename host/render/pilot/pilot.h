@@ -27,7 +27,7 @@ struct PilotReport {
   double light_aim_gain = 0;   // of even starts, over that with those that were learned (LightAim); 0: they are even
 
   // Path guiding (guiding_pilot.h).
-  std::uint64_t paths = 0;           // paths from which the table was learned; 0: nothing was learned
+  std::uint64_t paths = 0;  // traced to learn the table, with the 4 of each pixel before that; 0: nothing was learned
   std::uint64_t cells = 0;           // cells of that table
   double gain = 0;                   // error times rays without guiding over that with it; 1 where there is nothing to learn
   std::uint32_t roulette_depth = 0;  // GuideTable::roulette_depth; 0: paths are not guided

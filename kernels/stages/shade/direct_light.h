@@ -53,7 +53,7 @@ EK_FN LightSample direct_light_sample(const ShadeContext* c, const ShadingPoint*
 #include "lights/light_path.h"
 
 /// The share of a sample's light that camera paths bring: at rough targets light paths bring the rest.
-/// light  index; light_sample: of it; shadow: the ray to it
+/// light  index; sample: of it; shadow: the ray to it
 EK_FN vf sampled_light_share(const ShadeContext* c, const ShadingPoint* point, vu light, const LightSample* sample,
                              const LightRay* shadow) {
   if (!EK_ROUGH_TARGETS) return (vf)(1.0f);
