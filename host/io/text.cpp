@@ -119,6 +119,32 @@ std::string one_line(std::string_view text) {
   return out;
 }
 
+std::string name_to_utf8(std::string_view name) {
+  std::string text;
+  while (!name.empty()) {
+    const std::size_t length = name[0] == '\0' ? 0 : first_code_point(name).length;
+    if (length > 0)
+      text += name.substr(0, length);
+    else
+      text += fmt::format("{}{:02x}", '\0', static_cast<unsigned char>(name[0]));
+    name.remove_prefix(std::max<std::size_t>(length, 1));
+  }
+  return text;
+}
+
+std::string name_from_utf8(std::string_view text) {
+  constexpr std::size_t kDigits = 2;
+  std::string name;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const std::string_view digits = text.substr(i + 1, kDigits);
+    const bool is_byte = text[i] == '\0' && digits.size() == kDigits;
+    const auto byte = is_byte ? number_in<std::uint8_t>(digits, 16) : std::nullopt;
+    name += byte ? static_cast<char>(*byte) : text[i];
+    i += byte ? kDigits : 0;
+  }
+  return name;
+}
+
 std::string base64(std::string_view bytes) {
   constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   std::string text;

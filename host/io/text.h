@@ -48,6 +48,12 @@ template <class Number, class... How>
 /// `text` with its control characters replaced by blanks, for messages of libraries.
 [[nodiscard]] std::string one_line(std::string_view text);
 
+/// A name of a file, or a word, as UTF-8 that other programs read without loss: itself, but for each byte that is not UTF-8, or
+/// is NUL. Such a byte becomes NUL and its two hex digits, since no name of a file has a NUL of its own.
+[[nodiscard]] std::string name_to_utf8(std::string_view name);
+/// The name that name_to_utf8() was given.
+[[nodiscard]] std::string name_from_utf8(std::string_view text);
+
 /// Bytes as base64 with padding [RFC 4648, section 4].
 [[nodiscard]] std::string base64(std::string_view bytes);
 

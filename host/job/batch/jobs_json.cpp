@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "io/json_dump.h"
+#include "io/text.h"
 #include "job/batch/job_key.h"
 
 namespace eikon {
@@ -33,23 +34,24 @@ class Keys {
   }
 };
 
-json files(const std::vector<std::filesystem::path>& paths) {
+template <class Names>
+json list_of(const Names& names) {
   json list = json::array();
-  for (const std::filesystem::path& path : paths) list.push_back(path.string());
+  for (const auto& name : names) list.push_back(name_to_utf8(std::string(name)));
   return list;
 }
 
 void describe(json& line, const RenderOptions& options) {
   const SceneOptions& scene = options.scene;
   const SampleRange samples = scene.samples.value_or(SampleRange{0, scene.spp.value_or(kUsualSpp)});
-  line["scene"] = scene.scene;
+  line["scene"] = name_to_utf8(scene.scene);
   line["size"] = scene.size ? json{scene.size->width, scene.size->height} : json(nullptr);
   line["samples"] = {samples.begin, samples.end};
   line["crop"] = scene.crop ? json{scene.crop->x0, scene.crop->y0, scene.crop->x1, scene.crop->y1} : json(nullptr);
   line["open_ended"] = options.goal.any();
-  line["output"] = options.exr().string();
-  line["results"] = files(options.results());
-  line["part"] = options.part_words;
+  line["output"] = name_to_utf8(options.exr().string());
+  line["results"] = list_of(options.results());
+  line["part"] = list_of(options.part_words);
 }
 
 }  // namespace
@@ -58,10 +60,14 @@ std::string to_json_lines(const std::vector<BatchJob>& jobs) {
   std::string text;
   Keys keys;
   for (const BatchJob& job : jobs) {
-    json line = {{"eikon", EIKON_VERSION}, {"line", job.line}, {"job", job.text}, {"error", nullptr}, {"key", nullptr}};
+    json line = {{"eikon", EIKON_VERSION},
+                 {"line", job.line},
+                 {"job", name_to_utf8(job.text)},
+                 {"error", nullptr},
+                 {"key", nullptr}};
     if (job.options) {
       describe(line, *job.options);
-      line["words"] = job.words;
+      line["words"] = list_of(job.words);
       try {
         line["key"] = keys.of(*job.options);
       } catch (const InputError& error) {

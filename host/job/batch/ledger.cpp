@@ -37,21 +37,16 @@ bool is_begun(std::string_view text) {
 }  // namespace
 
 std::string to_json(const LedgerEntry& entry) {
-  json line = {{"eikon", EIKON_VERSION},
-               {"time", entry.time},
-               {"state", entry.state},
-               {"line", entry.line},
-               {"job", entry.job},
-               {"key", entry.key},
-               {"exit_code", entry.exit_code},
-               {"message", entry.message},
-               {"seconds", entry.seconds},
-               {"render_seconds", entry.render_seconds},
+  json line = {{"eikon", EIKON_VERSION},         {"time", entry.time},
+               {"state", entry.state},           {"line", entry.line},
+               {"job", name_to_utf8(entry.job)}, {"key", entry.key},
+               {"exit_code", entry.exit_code},   {"message", entry.message},
+               {"seconds", entry.seconds},       {"render_seconds", entry.render_seconds},
                {"samples", entry.samples}};
   line["relmse_predicted"] = entry.relmse ? json(*entry.relmse) : json(nullptr);
   line["outputs"] = json::array();
   for (const LedgerOutput& output : entry.outputs)
-    line["outputs"].push_back({{"path", output.path}, {"bytes", output.bytes}, {"hash", output.hash}});
+    line["outputs"].push_back({{"path", name_to_utf8(output.path)}, {"bytes", output.bytes}, {"hash", output.hash}});
   return dump_json(line);
 }
 
@@ -63,7 +58,7 @@ std::optional<LedgerEntry> parse_entry(const std::string& text) {
     entry.state = line.at("state");
     entry.key = line.at("key");
     entry.time = line.value("time", "");
-    entry.job = line.value("job", "");
+    entry.job = name_from_utf8(line.value("job", ""));
     entry.message = line.value("message", "");
     entry.line = line.value("line", std::size_t{0});
     entry.exit_code = line.value("exit_code", 0);
@@ -73,7 +68,7 @@ std::optional<LedgerEntry> parse_entry(const std::string& text) {
     if (line.contains("relmse_predicted") && line["relmse_predicted"].is_number())
       entry.relmse = line["relmse_predicted"].get<double>();
     for (const json& output : line.at("outputs"))
-      entry.outputs.push_back({.path = output.at("path"),
+      entry.outputs.push_back({.path = name_from_utf8(output.at("path").get<std::string>()),
                                .bytes = output.value("bytes", std::uint64_t{0}),
                                .hash = output.value("hash", "")});
     return entry;

@@ -6,6 +6,7 @@
 #include <csignal>
 
 #include "cli/batch/batch_outcome.h"
+#include "io/text.h"
 
 namespace eikon::test {
 namespace {
@@ -75,6 +76,19 @@ TEST(BatchLimits, job_files_of_other_editors_are_read) {
   EXPECT_EQ(states(here.eikon("batch jobs")), (States{{3, "skipped"}, {4, "skipped"}}));
   here.write("blank", "\r\n  \r\n# only\r\n");
   EXPECT_TRUE(contains(here.eikon("batch blank").out, "nothing to do"));
+}
+
+TEST(BatchLimits, names_that_are_not_utf_8_are_skipped_and_listed_by_their_bytes) {
+  const Workplace here;
+  here.write("jobs", fmt::format("render {0} -o a\xff.exr {1}\nrender {0} -o a\xfe.exr {1} --seed 2\n",
+                                 scene("cornell.gltf"), kSmall));
+  EXPECT_EQ(states(here.eikon("batch jobs")), (States{{1, "done"}, {2, "done"}}));
+  EXPECT_EQ(states(here.eikon("batch jobs")), (States{{1, "skipped"}, {2, "skipped"}}));
+  const json listed = json::parse(split(here.eikon("batch jobs --list").out, '\n').front());
+  const std::string name("a\0ff.exr", 8);
+  EXPECT_EQ(listed.at("output"), name);
+  EXPECT_EQ(listed.at("results"), json{name});
+  EXPECT_EQ(listed.at("words").at(2), name);
 }
 
 TEST(BatchLimits, what_is_true_of_a_scene_is_said_once) {

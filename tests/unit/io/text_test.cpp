@@ -32,6 +32,17 @@ TEST(Text, bytes_that_are_not_utf_8_are_escaped_one_by_one) {
   EXPECT_EQ(printable("\xF5\x80\x80\x80"), "\\xf5\\x80\\x80\\x80") << "beyond the last code point";
 }
 
+TEST(Text, names_of_any_bytes_become_utf_8_and_come_back) {
+  const std::string plain = "a \xC3\xA4 \\xff \xE2\x82\xAC";
+  EXPECT_EQ(name_to_utf8(plain), plain);
+  EXPECT_EQ(name_to_utf8("a\xFF\xC3.exr"), std::string("a\0ff\0c3.exr", 11));
+  std::string all = "\xC3\xA4";
+  for (int byte = 0; byte < 256; ++byte) (all += static_cast<char>(byte)) += "ff";
+  EXPECT_EQ(name_from_utf8(name_to_utf8(all)), all);
+  for (const std::string& other : {std::string("\0", 1), std::string("\0f", 2), std::string("\0fg", 3)})
+    EXPECT_EQ(name_from_utf8(other), other) << "no byte's two digits";
+}
+
 TEST(Text, long_names_lose_their_middle) {
   EXPECT_EQ(in_quotes("it's"), "'it\\x27s'");
   const std::string path = "/home/" + std::string(300, 'x') + "/scene.gltf";

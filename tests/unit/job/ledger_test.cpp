@@ -74,6 +74,19 @@ TEST(Ledger, the_last_entry_of_an_output_counts_also_in_the_next_process) {
   EXPECT_EQ(ledger.unreadable(), 0U);
 }
 
+TEST(Ledger, names_that_are_not_utf_8_are_kept_apart) {
+  const TemporaryFolder folder;
+  {
+    Ledger ledger(folder / "l");
+    ledger.add(entry("done", "1", "a\xff.exr"));
+    ledger.add(entry("done", "2", "a\xfe.exr"));
+  }
+  const Ledger ledger(folder / "l");
+  ASSERT_NE(ledger.last("a\xff.exr"), nullptr);
+  EXPECT_EQ(ledger.last("a\xff.exr")->key, "1");
+  EXPECT_EQ(ledger.last("a\xfe.exr")->key, "2");
+}
+
 TEST(Ledger, a_torn_last_line_costs_that_line_alone) {
   const TemporaryFolder folder;
   Ledger(folder / "whole").add(entry("done", "1", "a"));
