@@ -137,13 +137,16 @@ TEST(BatchLimits, without_space_for_a_picture_the_job_fails_and_leaves_nothing) 
   const std::string disk = "mkdir disk && mount -t tmpfs -o size=64k none disk";
   if (here.shell("unshare -m sh -c '" + disk + "'; rmdir disk").code != 0)
     GTEST_SKIP() << "not allowed to mount a file system";
-  here.write("run.sh", disk + " && " + Workplace::binary() + " batch jobs; code=$?; ls -A disk > left; exit $code");
+  std::filesystem::create_directory(here / "temporary");
+  here.write("run.sh", disk + " && TMPDIR=$PWD/temporary " + Workplace::binary() +
+                           " batch jobs; code=$?; ls -A disk > left; exit $code");
   const Outcome outcome = here.shell("unshare -m sh run.sh");
   EXPECT_EQ(outcome.code, 1) << outcome.err;
   EXPECT_EQ(states(outcome), (States{{1, "failed"}, {2, "done"}})) << outcome.out;
   EXPECT_TRUE(contains(outcome.err, "cannot write \"disk/1.exr\"") && contains(outcome.err, "No space left"))
       << outcome.err;
   EXPECT_EQ(read_bytes(here / "left"), "2.exr\n");
+  EXPECT_TRUE(std::filesystem::is_empty(here / "temporary")) << "of a thousand such jobs, the last would find it full";
   for (const json& entry : entries(here / "jobs.ledger"))
     if (entry.at("line") == 1 && entry.at("state") != "started") {
       EXPECT_EQ(entry.at("state"), "failed");
