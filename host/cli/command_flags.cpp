@@ -99,8 +99,8 @@ std::string wrong_values(const CLI::App& app, const CLI::ParseError& error) {
     const std::string one = until(" excludes ");
     return fmt::format("{} and {} do not go together", one, text.substr(one.size() + std::strlen(" excludes ")));
   }
-  for (const CLI::Option* option : app.get_options())
-    if (option->count() > static_cast<std::size_t>(option->get_items_expected_max()))
+  for (const CLI::Option* option : app.get_options())  // none that takes no value, which counts as one
+    if (const int most = option->get_items_expected_max(); most > 0 && option->count() > static_cast<std::size_t>(most))
       return fmt::format("{} is given {} times, but takes one value", option->get_name(), option->count());
   if (text.ends_with(" missing")) return fmt::format("{} needs a value", until(":"));
   if (text.ends_with(" flag override")) return fmt::format("--{} takes no value", until(" "));

@@ -50,6 +50,8 @@ TEST(Commands, words_that_are_wrong_are_named_with_what_to_do) {
       {"render --sp", "eikon: there is no flag '--sp', but there is --spp; try"},
       {"render a.gltf b.gltf", "eikon: 'b.gltf' is one word too many; try"},
       {"render a.gltf --spp", "eikon: --spp needs a value; try"},
+      {"render a.gltf --half --png", "eikon: --png needs a value; try"},
+      {"render a.gltf --quiet --half=3", "eikon: --half takes no value; try"},
       {"render a.gltf --spp 1 --spp 2", "eikon: --spp is given 2 times, but takes one value; try"},
       {"render a.gltf --quiet=3", "eikon: --quiet takes no value; try"},
       {"render a.gltf --frame 1 --scene-time 2", "eikon: --scene-time and --frame do not go together; try"},
