@@ -155,11 +155,37 @@ CommandHelp describe(const CLI::App& app, const std::string& parents, const std:
   return help;
 }
 
+/// CLI11 takes the next word for a flag's value, also where that word is a flag, and a file would get its name.
+/// throws UsageError unless such a value is written as --flag=--other
+void refuse_flags_as_values(const CLI::App& named, const std::vector<std::string>& words) {
+  const auto flag_of = [&](const std::string& word) {
+    return word.starts_with('-') ? named.get_option_no_throw(word.substr(0, word.find('='))) : nullptr;
+  };
+  for (std::size_t i = 0; i + 1 < words.size() && words[i] != "--"; ++i) {
+    const CLI::Option* const flag = words[i].find('=') == std::string::npos ? flag_of(words[i]) : nullptr;
+    if (flag != nullptr && flag->get_items_expected_min() > 0 && flag_of(words[i + 1]) != nullptr)
+      throw UsageError(fmt::format("{} needs a value, but {} follows; write {}={} if you mean that", words[i],
+                                   words[i + 1], flag->get_name(), words[i + 1]));
+  }
+}
+
 /// CLI11 takes the next word for the value of "--flag=". throws UsageError
 void require_values(const std::vector<std::string>& words) {
   for (const std::string& word : words)
     if (word.starts_with("--") && word.find('=') == word.size() - 1)
       throw UsageError(fmt::format("{} has no value; write it behind the sign, or leave the flag out", word));
+}
+
+/// throws CLI::ParseError, UsageError
+void read_words(CLI::App& app, const std::vector<std::string>& words) {
+  require_values(words);
+  try {
+    app.parse(std::vector<std::string>(words.rbegin(), words.rend()));  // the last first, as CLI11 takes them
+  } catch (const CLI::ParseError&) {
+    refuse_flags_as_values(*named_command(app).app, words);
+    throw;
+  }
+  refuse_flags_as_values(*named_command(app).app, words);
 }
 
 }  // namespace
@@ -245,10 +271,9 @@ std::optional<int> parse_command_line(int argc, char** argv, const std::string& 
                                       const std::function<void(CommandFlags)>& add_flags) {
   CLI::App app;
   set_up_root(app, footer, add_flags);
-  std::vector<std::string> words = join_json_dash(argc, argv);
-  require_values(words);
+  const std::vector<std::string> words = join_json_dash(argc, argv);
   try {
-    app.parse(std::vector<std::string>(words.rbegin(), words.rend()));  // the last first, as CLI11 takes them
+    read_words(app, words);
   } catch (const CLI::Success& success) {
     return app.exit(success);
   } catch (const CLI::ParseError& error) {
@@ -264,14 +289,13 @@ CommandHelp describe_command_line(const std::string& footer, const std::function
   return describe(app, "", kAbout);
 }
 
-std::vector<GivenFlag> parse_words(std::vector<std::string> words, const std::function<void(CommandFlags)>& add_flags) {
+std::vector<GivenFlag> parse_words(const std::vector<std::string>& words,
+                                   const std::function<void(CommandFlags)>& add_flags) {
   CLI::App app;
   app.set_help_flag();  // a line of a batch cannot ask for help
   add_flags(CommandFlags(app));
-  require_values(words);
-  std::ranges::reverse(words);  // as CLI11 takes them
   try {
-    app.parse(std::move(words));
+    read_words(app, words);
   } catch (const CLI::ParseError& error) {
     throw UsageError(what_is_wrong(app, *named_command(app).app, error));
   }

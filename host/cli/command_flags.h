@@ -114,7 +114,7 @@ struct GivenFlag {
 
 /// Reads words as the flags that `add` adds. Returns the flags that were given, in the order in which `add` adds them.
 /// throws UsageError
-[[nodiscard]] std::vector<GivenFlag> parse_words(std::vector<std::string> words,
+[[nodiscard]] std::vector<GivenFlag> parse_words(const std::vector<std::string>& words,
                                                  const std::function<void(CommandFlags)>& add);
 
 }  // namespace eikon

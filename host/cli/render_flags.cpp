@@ -219,7 +219,7 @@ RenderOptions parse_render(std::vector<std::string> words) {
   RenderOptions options;
   options.command = "eikon render " + quote(words);
   const std::vector<GivenFlag> given =
-      parse_words(std::move(words), [&](CommandFlags flags) { add_render_flags(flags, options); });
+      parse_words(words, [&](CommandFlags flags) { add_render_flags(flags, options); });
   for (const GivenFlag& flag : given) {
     const auto& [name, values] = flag;
     if (std::ranges::find(kAboutExecution, name) == kAboutExecution.end())

@@ -145,7 +145,7 @@ int merge_words(const std::vector<nb::bytes>& given) {
   std::vector<std::string> words = strings_of(given);
   words.insert(words.begin(), "merge");
   Command chosen;
-  (void)parse_words(std::move(words), [&](CommandFlags root) { add_merge(root, chosen); });
+  (void)parse_words(words, [&](CommandFlags root) { add_merge(root, chosen); });
   ExitCode code{};
   run_interruptible([&](std::atomic<bool>&) { code = chosen(); });
   return int(code);

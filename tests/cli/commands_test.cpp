@@ -63,6 +63,25 @@ TEST(Commands, words_that_are_wrong_are_named_with_what_to_do) {
   }
 }
 
+TEST(Commands, a_flag_is_no_value_of_the_one_before_it_unless_it_is_joined) {
+  const Workplace here;
+  const std::pair<const char*, const char*> cases[] = {
+      {"--stats --half", "--stats needs a value, but --half follows; write --stats=--half if you mean that"},
+      {"--png --spp=4", "--png needs a value, but --spp=4 follows"},
+      {"--stats -o b.exr", "--stats needs a value, but -o follows"},
+      {"-o --quiet", "-o needs a value, but --quiet follows; write --output=--quiet"}};
+  for (const auto& [flags, said] : cases) {
+    const Outcome outcome = here.eikon("render " + scene("furnace.gltf") + " --size 4x4 --spp 1 " + flags);
+    EXPECT_TRUE(refused(outcome, kUsage)) << flags;
+    EXPECT_TRUE(contains(outcome.err, said)) << outcome.err;
+  }
+  here.write("jobs", "render a.gltf --stats --half\n");
+  EXPECT_TRUE(contains(here.eikon("batch jobs").err, "--stats needs a value, but --half follows"));
+  EXPECT_EQ(here.files(), (std::vector<std::string>{"jobs", "jobs.ledger"}));
+  EXPECT_TRUE(succeeded(here.eikon(cornell("--size 4x4 --spp 1 --quiet --stats=--half --exposure -1 --png -.png"))));
+  EXPECT_TRUE(std::filesystem::exists(here / "--half"));
+}
+
 TEST(Commands, help_of_each_shows_an_example) {
   const Workplace here;
   const Outcome all = here.eikon("--help");

@@ -121,7 +121,7 @@ void add_meter_flags(CommandFlags& flags, MeterOptions& options) {
 
 std::optional<std::string> meter_json(std::vector<std::string> words, const Log& log, const std::atomic<bool>& stop) {
   MeterOptions options;
-  (void)parse_words(std::move(words), [&](CommandFlags flags) { add_meter_flags(flags, options); });
+  (void)parse_words(words, [&](CommandFlags flags) { add_meter_flags(flags, options); });
   if (!options.json.empty()) throw UsageError("--json: the figures are what eikon.meter returns; leave it out");
   read_execution_environment(options.execution);
   const auto measured = take_reading(options, log, stop);
