@@ -10,6 +10,7 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
+#include <algorithm>
 #include <cmath>
 #include <exception>
 #include <map>
@@ -151,6 +152,20 @@ int merge_words(const std::vector<nb::bytes>& given) {
   return int(code);
 }
 
+/// The keywords of a command that take a value, which True is not: its flag alone would take the next word for it.
+nb::list valued_keywords(const std::string& command) {
+  nb::list keywords;
+  for (const CommandHelp& known : describe_commands().commands)
+    for (const FlagHelp& flag : known.flags) {
+      const bool may_be_alone = !flag.takes_value || flag.placeholder.starts_with("[=");
+      if (last_word(known) != command || may_be_alone || flag.is_positional()) continue;
+      std::string keyword = flag.names.back().substr(flag.names.back().find_first_not_of('-'));
+      std::ranges::replace(keyword, '-', '_');
+      keywords.append(keyword.c_str());
+    }
+  return keywords;
+}
+
 /// The planes of a picture, by channel, as arrays of shape (height, width).
 nb::dict read_planes(const nb::bytes& path) {
   auto image = std::make_unique<Image>();
@@ -288,6 +303,7 @@ NB_MODULE(_eikon, module) {
   module.def("render", &render_words, nb::arg("words"), nb::arg("progress").none());
   module.def("meter", &meter_words, nb::arg("words"));
   module.def("merge", &merge_words, nb::arg("words"));
+  module.def("valued_keywords", &valued_keywords, nb::arg("command"));
   module.def("read_exr", &read_planes, nb::arg("path"));
   module.def("compare", &compare_planes, nb::arg("test"), nb::arg("reference"));
   module.def("write_png", &write_png_of, nb::arg("path"), nb::arg("planes"), nb::arg("exposure"),

@@ -71,6 +71,23 @@ class Errors(Package):
                 eikon.merge([part], **flags)
         self.assertTrue(os.path.samestat(before, os.fstat(1)))
 
+    def test_true_for_a_flag_that_takes_a_value_names_the_keyword(self):
+        scene = SCENES / "furnace.gltf"
+        before = sorted(os.listdir())
+        for call in (lambda **flags: eikon.render(scene, size=(4, 4), spp=2, half=True, **flags),
+                     lambda **flags: eikon.meter(scene, (0, 0, 0), facing=(0, 1, 0), **flags)):
+            for key in ("seed", "max_depth", "env_scale"):
+                with self.assertRaisesRegex(eikon.UsageError, f"{key}: takes a value"):
+                    call(**{key: True})
+        for key in ("profile", "png", "spp", "accel", "checkpoint_every"):
+            with self.assertRaisesRegex(eikon.UsageError, f"{key}: takes a value"):
+                eikon.render(scene, size=(4, 4), half=True, **{key: True})
+        with self.assertRaisesRegex(eikon.UsageError, "png: takes a value"):
+            eikon.merge([], png=True)
+        with self.assertRaisesRegex(eikon.UsageError, "colour"):
+            eikon.render(scene, colour=True)
+        self.assertEqual(sorted(os.listdir()), before)
+
     def test_notes_say_what_was_left_out(self):
         scene = eikon.Scene()
         scene.add(scene.mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], material=scene.material(extensions={"NOBODY_knows": {}})))

@@ -103,10 +103,10 @@ def named(key: str, text: str) -> str:
     return text
 
 
-def words_of(flags: Dict[str, Any]) -> List[str]:
-    """The flags of the command line that keywords stand for; those that are None, False or empty lists are left out. raises
+def words_of(command: str, flags: Dict[str, Any]) -> List[str]:
+    """The flags of a command that keywords stand for; those that are None, False or empty lists are left out. raises
     UsageError"""
-    words = []
+    words, valued = [], _eikon.valued_keywords(command)
     for key, value in flags.items():
         flag = "--" + key.rstrip("_").replace("_", "-")
         value = value.tolist() if hasattr(value, "tolist") else value
@@ -114,6 +114,8 @@ def words_of(flags: Dict[str, Any]) -> List[str]:
         if value is None or (value is False and key not in ON_OR_OFF) or (is_list and len(value) == 0):
             continue
         if value is True and key not in ON_OR_OFF:
+            if key.rstrip("_") in valued:
+                raise _eikon.UsageError(f"{key}: takes a value, and True is none; give one, or leave {key} out")
             words.append(flag)
         else:
             values = value if is_list and key in REPEATED else [value]
@@ -140,7 +142,7 @@ def camera_words(camera: Any) -> List[str]:
     if not np.allclose(axes.T @ axes, np.eye(3), atol=1e-5) or np.linalg.det(axes) < 0:
         raise _eikon.UsageError("camera: the matrix of a camera is a rotation and a translation, without a scale")
     eye = matrix[:3, 3]
-    return words_of({"look_at": (eye, eye - axes[:, 2], axes[:, 1])})
+    return words_of("render", {"look_at": (eye, eye - axes[:, 2], axes[:, 1])})
 
 
 class SceneFile:
@@ -205,7 +207,7 @@ def render(scene: SceneLike, *, spp: Optional[int] = None, size: Optional[Tuple[
     flags.update(output=output, stats=stats, spp=spp, size=size, fov=fov, look_at=look_at, env=env, aov=aov, samples=samples,
                  crop=crop, seed=seed, target_error=target_error, time=time, devices=devices)
     with SceneFile(scene) as path:
-        words = [path, *camera_words(camera), *words_of(flags)]
+        words = [path, *camera_words(camera), *words_of("render", flags)]
         code, notes, has_picture = _eikon.render(
             [encoded(word) for word in words],
             None if progress is None else lambda *values: plain(progress(Progress(*values))))  # numpy's False is one of Python's
@@ -226,7 +228,7 @@ def merge(parts: Sequence[Union[Picture, PathLike]], output: Optional[PathLike] 
     folder = TemporaryFolder() if output is None else None
     file = folder.path / "merged.exr" if folder else Path(named("output", os.fspath(output or "")))
     files = [os.fsdecode(part.path if isinstance(part, Picture) else part) for part in parts]
-    words = [*files, f"--output={file}", "--quiet", *words_of(flags)]
+    words = [*files, f"--output={file}", "--quiet", *words_of("merge", flags)]
     if _eikon.merge([encoded(word) for word in words]) != 0:
         warnings.warn("merge: samples between those of the parts are missing", stacklevel=2)
     return Picture(file, folder)
@@ -240,7 +242,7 @@ def meter(scene: SceneLike, at: Vector, *, facing: Optional[Vector] = None, from
 
     with SceneFile(scene) as path:
         flags.update(at=at, facing=facing, from_=from_)
-        text, notes = _eikon.meter([encoded(word) for word in (path, *words_of(flags))])
+        text, notes = _eikon.meter([encoded(word) for word in (path, *words_of("meter", flags))])
     found = json.loads(text)
     return Reading(found["quantity"], found["unit"], np.array(found["value"]), np.array(found["standard_error"]), found["paths"],
                    notes)
