@@ -90,7 +90,7 @@ void add_diagnosis_flags(CommandFlags& flags, RenderOptions& options) {
              options.report);
   flags.parsed({"--tev", "HOST:PORT", "show the growing image in the viewer tev, which runs there"},
                [&](const std::string& text) { options.tev = parse_address("--tev", text); });
-  flags.parsed({"--pixel", "X,Y", "with --sample N: trace that path of the pixel and print its vertices"},
+  flags.parsed({"--pixel", "X,Y", "with --sample N: print the vertices of that path of the pixel, and write no file"},
                [&](const std::string& text) {
                  const std::vector<std::string> xy = split(text, ',');
                  if (xy.size() != 2) throw UsageError(fmt::format("--pixel {}: takes X,Y", text));

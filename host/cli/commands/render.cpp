@@ -50,14 +50,33 @@ class ProgressBar {
   PredictedError error_;
 };
 
+/// Refuses a sample that the image does not have. Without --spp and --samples, any will do. throws UsageError
+void require_sample(const SceneOptions& scene, std::uint64_t sample) {
+  if (!scene.samples && !scene.spp) return;
+  const SampleRange all = scene.samples.value_or(SampleRange{0, scene.spp.value_or(kUsualSpp)});
+  if (sample < all.begin || sample >= all.end)
+    throw UsageError(fmt::format("--sample {}: {} asks for the samples {} to {}", sample,
+                                 scene.samples ? "--samples" : "--spp", all.begin, all.end - 1));
+}
+
+/// throws UsageError
+void require_pixel(const Settings& settings, std::uint32_t x, std::uint32_t y) {
+  const Crop& crop = settings.crop;
+  if (x >= settings.width || y >= settings.height)
+    throw UsageError(fmt::format("--pixel {},{}: the image has {} x {} pixels, counted from 0", x, y, settings.width,
+                                 settings.height));
+  if (x < crop.x0 || x >= crop.x1 || y < crop.y0 || y >= crop.y1)
+    throw UsageError(fmt::format("--pixel {},{}: --crop asks for the pixels {},{} to {},{}", x, y, crop.x0, crop.y0,
+                                 crop.x1 - 1, crop.y1 - 1));
+}
+
 ExitCode replay(const RenderOptions& options) {
   if (!options.pixel || !options.sample) throw UsageError("--pixel X,Y and --sample N go together");
-  const Prepared prepared = prepare(options.scene, log_unless(options.quiet));
   const auto [x, y] = *options.pixel;
   const std::uint64_t sample = *options.sample;
-  if (x >= prepared.settings.width || y >= prepared.settings.height)
-    throw UsageError(fmt::format("--pixel {},{}: the image has {} x {} pixels, counted from 0", x, y,
-                                 prepared.settings.width, prepared.settings.height));
+  require_sample(options.scene, sample);
+  const Prepared prepared = prepare(options.scene, log_unless(options.quiet));
+  require_pixel(prepared.settings, x, y);
   fmt::print("pixel {},{} sample {}\n", x, y, sample);
   const ReplayedSample replayed =
       replay_path(*prepared.scene, prepared.settings, options.execution, {x, y, sample}, [&](const PathVertex& v) {

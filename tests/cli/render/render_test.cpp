@@ -243,6 +243,17 @@ TEST(Render, replays_one_sample) {
   EXPECT_TRUE(here.files().empty());
 }
 
+TEST(Render, replays_only_samples_that_the_image_has_and_writes_none_of_its_files) {
+  const Workplace here;
+  for (const char* flags : {"--spp 4 --sample 4", "--samples 2:4 --sample 1", "--crop 0,0,7,12 --sample 0",
+                            "--crop 0,0,16,5 --sample 0", "--crop 8,0,16,12 --sample 0"})
+    EXPECT_TRUE(refused(here.eikon(cornell("--size 16x12 --pixel 7,5 ") + flags), kUsage)) << flags;
+  EXPECT_TRUE(
+      succeeded(here.eikon(cornell("--size 16x12 --crop 7,5,8,6 --samples 3:4 --pixel 7,5 --sample 3 --png a.png "
+                                   "--stats s.json --checkpoint c.exr --resume"))));
+  EXPECT_TRUE(here.files().empty());
+}
+
 // A lamp so bright that what it gives leaves the film's range, in a room where few scattered rays meet it.
 std::string glaring(const Workplace& here) {
   std::string text = read_bytes(scene("cornell.gltf"));
