@@ -16,7 +16,7 @@ void add_commands(CommandFlags& root, Command& chosen) {
 std::string root_footer() {
   return "Example:\n  eikon render scenes/cornell.gltf -o cornell.exr --png cornell.png --spp 256\n\n"
          "Exit codes: 0 done, 1 done but not as asked, 2 usage, 3 input, 4 device, 5 internal, 130 interrupted, 143 "
-         "terminated.\n\n" +
+         "terminated; --frames ends with the code of all frames if they all fail with the same one.\n\n" +
          environment_help();
 }
 
