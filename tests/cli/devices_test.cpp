@@ -78,6 +78,18 @@ Times times_of(const Workplace& here, const std::string& arguments, const std::s
           std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count()};
 }
 
+TEST(Devices, a_folder_for_compiled_kernels_that_cannot_be_made_is_named) {
+  const Workplace here;
+  here.write("file", "");
+  for (const char* variable : {"POCL_CACHE_DIR=$PWD/file/cache", "-u POCL_CACHE_DIR XDG_CACHE_HOME=$PWD/file"})
+    for (const std::string& command : {std::string("devices"), cornell()}) {
+      const Outcome outcome = here.eikon(command, variable);
+      EXPECT_TRUE(refused(outcome, kDevice)) << variable << " " << command;
+      EXPECT_TRUE(contains(outcome.err, "file/") && contains(outcome.err, "Not a directory; set POCL_CACHE_DIR"))
+          << outcome.err;
+    }
+}
+
 TEST(Devices, one_thread_is_one_busy_core) {
   const Workplace here;
   const std::string image = cornell("--size 128x128 --spp 64 --quiet ");
