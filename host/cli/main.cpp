@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Exit codes leave the process here; core/error.h lists them.
 #include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <cstdio>
@@ -27,10 +29,19 @@ int run(int argc, char** argv) {
   return code ? *code : int(chosen());
 }
 
+/// True if standard output is a pipe or socket whose other end is closed.
+bool nobody_reads() {
+  pollfd output{.fd = STDOUT_FILENO, .events = POLLOUT, .revents = 0};
+  return poll(&output, 1, 0) > 0 && (output.revents & POLLERR) != 0;
+}
+
 /// Turns success into an error when results did not reach standard output.
 int with_results(int code) {
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
-  const int failed = report(eikon::ExitCode::input, "cannot write to standard output: is there space where it goes?");
+  const int failed =
+      report(eikon::ExitCode::input,
+             fmt::format("cannot write to standard output: {}",
+                         nobody_reads() ? "nobody reads it any more (broken pipe)" : "is there space where it goes?"));
   return code == 0 ? failed : code;
 }
 

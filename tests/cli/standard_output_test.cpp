@@ -83,6 +83,16 @@ TEST(StandardOutput, that_is_full_is_an_error) {
   EXPECT_TRUE(refused(outcome, kInput));
 }
 
+TEST(StandardOutput, that_nobody_reads_any_more_is_said_to_be_a_broken_pipe) {
+  const Workplace here;
+  for (const std::string& command : {std::string("man render"), "info " + scene("cornell.gltf")}) {
+    const Outcome outcome = here.shell("trap '' PIPE; mkfifo pipe; { exec 3<>pipe 4>pipe 3<&-; " + Workplace::binary() +
+                                       " " + command + " >&4; }; code=$?; rm pipe; exit $code");
+    EXPECT_TRUE(refused(outcome, kInput)) << command;
+    EXPECT_TRUE(contains(outcome.err, "nobody reads it any more (broken pipe)")) << outcome.err;
+  }
+}
+
 // Whatever else is closed, too, no file gets the number of a stream, and with it what is printed.
 TEST(StandardOutput, that_is_closed_is_an_error_of_each_command_that_writes_to_it) {
   const Workplace here;
