@@ -9,6 +9,7 @@
 #include <fmt/ranges.h>
 
 #include "core/error.h"
+#include "film/layers.h"
 #include "io/text.h"
 #include "io/xxhash64.h"
 #include "render/pilot/pilot.h"
@@ -16,6 +17,10 @@
 namespace eikon {
 namespace {
 
+constexpr const char* kChannelsName = "set of channels (--aov, --transparent)";
+constexpr const char* kDepthLimitName = "depth limit (--max-depth)";
+constexpr const char* kDirectDepthName = "depth limit (--integrator direct, --max-depth)";  // where it is 2
+constexpr const char* kRouletteDepthName = "roulette depth";
 constexpr const char* kVersionName = "version of image bits";
 constexpr const char* kCullingName = "culling (--cull)";
 constexpr const char* kGuidingName = "guiding (--guiding)";
@@ -98,6 +103,36 @@ std::string describe_light_paths(std::uint64_t count, std::uint64_t trial_paths)
   return count == 0 ? "none" : fmt::format("{} of each sample", count);
 }
 
+/// True for a setting that other flags than its own change, too: --integrator limits the depth, --roulette moves its own depth, and
+/// --light-paths and --transparent add channels.
+bool follows_from_others(const std::string& name) {
+  return name == kDepthLimitName || name == kRouletteDepthName || name == kChannelsName;
+}
+
+/// Names a channel that only one of two lists has, and the flag that asks for it.
+std::string difference_of_channels(const std::string& expected, const std::string& found) {
+  const std::vector<std::string> wanted = split(expected, ','), there = split(found, ',');
+  const auto beyond = [](const std::vector<std::string>& all, const std::vector<std::string>& known) {
+    std::vector<std::string> more;
+    for (const std::string& name : all)
+      if (std::ranges::find(known, name) == known.end()) more.push_back(name);
+    return more;
+  };
+  const std::vector<std::string> missing = beyond(wanted, there), more = beyond(there, wanted);
+  const std::vector<std::string>& apart = missing.empty() ? more : missing;
+  if (apart.empty()) return "its channels are in another order: another version of eikon wrote it";
+  return fmt::format("its channels ({}) {} {}{}", bound_of(apart.front()) ? "--depth-series" : "--aov",
+                     missing.empty() ? "have, beyond those asked for," : "lack", apart.front(),
+                     apart.size() > 1 ? fmt::format(" and {} more", apart.size() - 1) : "");
+}
+
+std::string difference(const ImageSetting& expected, const ImageSetting& found) {
+  if (expected.name == kChannelsName) return difference_of_channels(expected.value, found.value);
+  const bool may_be_direct = found.name == kDepthLimitName && (found.value == "2" || expected.value == "2");
+  return fmt::format("its {} is {}, not {}{}", may_be_direct ? kDirectDepthName : found.name, found.value,
+                     expected.value, expected.name == kVersionName ? ": another version of eikon wrote it" : "");
+}
+
 const char* describe_caustics(bool merged) { return merged ? "merge" : "unbiased"; }
 
 }  // namespace
@@ -124,11 +159,11 @@ std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& set
           {"size (--size)", fmt::format("{}x{}", width, height)},
           {"seed (--seed)", fmt::format("{}", seed)},
           {"number of replicates", fmt::format("{}", 1U << replicate_bits)},
-          {"set of channels (--aov, --transparent)", channels_and_mattes(layout)},
+          {kChannelsName, channels_and_mattes(layout)},
           {"transparency (--transparent)", transparent ? "on" : "off"},
           {"filter (--filter)", filter.name()},
-          {"depth limit (--max-depth)", fmt::format("{}", max_depth)},
-          {"roulette depth", fmt::format("{}", roulette_depth)},
+          {kDepthLimitName, fmt::format("{}", max_depth)},
+          {kRouletteDepthName, fmt::format("{}", roulette_depth)},
           {"roulette (--roulette)", roulette > 0 ? fmt::format("{}", roulette) : "by throughput"},
           {"integrator (--integrator)", name_of(integrator)},
           {"energy compensation (--energy-compensation)", energy_compensation ? "on" : "off"},
@@ -149,14 +184,14 @@ std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& set
 std::optional<std::string> difference(const std::vector<ImageSetting>& expected,
                                       const std::vector<ImageSetting>& found) {
   if (expected == found) return std::nullopt;
+  std::optional<std::string> first;
   for (std::size_t i = 0; i < std::min(expected.size(), found.size()); ++i) {
     if (expected[i].name != found[i].name) break;
-    if (expected[i].value == found[i].value) continue;
-    const bool version = expected[i].name == kVersionName;
-    return fmt::format("its {} is {}, not {}{}", found[i].name, found[i].value, expected[i].value,
-                       version ? ": another version of eikon wrote it" : "");
+    if (expected[i].value == found[i].value || (first && follows_from_others(expected[i].name))) continue;
+    first = difference(expected[i], found[i]);
+    if (!follows_from_others(expected[i].name)) break;
   }
-  return "other settings count in it: another version of eikon wrote it";
+  return first.value_or("other settings count in it: another version of eikon wrote it");
 }
 
 std::string to_text(const FilmRecord& record) {

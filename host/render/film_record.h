@@ -33,7 +33,8 @@ struct ImageSetting {
 [[nodiscard]] std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& settings,
                                                        const FilmLayout& layout);
 
-/// Returns the first difference, e.g. "its seed (--seed) is 1, not 0", or nothing.
+/// Returns the first difference, e.g. "its seed (--seed) is 1, not 0", or nothing. A setting that follows from the flag of
+/// another one is named only if it differs alone.
 [[nodiscard]] std::optional<std::string> difference(const std::vector<ImageSetting>& expected,
                                                     const std::vector<ImageSetting>& found);
 
