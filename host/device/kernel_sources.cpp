@@ -18,7 +18,11 @@ std::string source(const std::string& file) {
   if (const char* directory = std::getenv("EIKON_KERNEL_DIR")) {
     std::ifstream in(std::string(directory) + "/" + file);
     std::stringstream text;
-    if (!(text << in.rdbuf())) throw InternalError("kernel source '" + file + "' is missing in EIKON_KERNEL_DIR");
+    if (!(text << in.rdbuf()))
+      throw UsageError(
+          fmt::format("EIKON_KERNEL_DIR={}: there is no kernel source {} in it; name the folder kernels of "
+                      "eikon's sources, or unset the variable",
+                      directory, file));
     return text.str();
   }
   const auto found = embedded_kernels().find(file);

@@ -90,6 +90,13 @@ TEST(Devices, a_folder_for_compiled_kernels_that_cannot_be_made_is_named) {
     }
 }
 
+TEST(Devices, a_folder_of_kernels_without_them_is_a_wrong_variable) {
+  const Workplace here;
+  const Outcome outcome = here.eikon(cornell(), "EIKON_KERNEL_DIR=/nowhere");
+  EXPECT_TRUE(refused(outcome, kUsage));
+  EXPECT_TRUE(contains(outcome.err, "EIKON_KERNEL_DIR=/nowhere: ")) << outcome.err;
+}
+
 TEST(Devices, one_thread_is_one_busy_core) {
   const Workplace here;
   const std::string image = cornell("--size 128x128 --spp 64 --quiet ");
