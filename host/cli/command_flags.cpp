@@ -200,13 +200,6 @@ CommandFlags CommandFlags::command(const std::string& name, const std::string& a
   return CommandFlags(*below);
 }
 
-std::vector<std::string> CommandFlags::commands() const {
-  std::vector<std::string> names;
-  for (const CLI::App* below : app_->get_subcommands([](const CLI::App*) { return true; }))
-    names.push_back(below->get_name());
-  return names;
-}
-
 void CommandFlags::require_command() { app_->require_subcommand(1); }
 
 void CommandFlags::run(Command& chosen, Command command) {

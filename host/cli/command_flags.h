@@ -39,8 +39,6 @@ class CommandFlags {
 
   /// Adds a command below this one. The footer follows the flags in --help.
   CommandFlags command(const std::string& name, const std::string& about, const std::string& footer);
-  /// The names of the commands that have been added below this one.
-  [[nodiscard]] std::vector<std::string> commands() const;
   /// Makes it an error to name none of the commands below this one.
   void require_command();
   /// Sets `chosen` to `command` when the user names this command.

@@ -77,6 +77,8 @@ TEST(HelpPages, bash_completes_commands_values_lists_and_files) {
   EXPECT_EQ(in_bash(here, "eikon ren"), "render\n");
   EXPECT_EQ(in_bash(here, "eikon bench r"), "rays\n");
   EXPECT_EQ(in_bash(here, "eikon man me"), "merge meter measure\n");
+  EXPECT_EQ(in_bash(here, "eikon man bench \"\""), "rays scene\n");
+  EXPECT_EQ(in_bash(here, "eikon man bench rays \"\""), "\n");
   EXPECT_EQ(in_bash(here, "eikon render --energy-compensation \"\""), "off on\n");
   EXPECT_EQ(in_bash(here, "eikon render x.gltf --tonemap = a"), "aces agx\n");
   EXPECT_EQ(in_bash(here, "eikon render --aov albedo,dep"), "albedo,depth\n");
@@ -93,6 +95,8 @@ TEST(HelpPages, fish_completes_every_flag_of_every_command) {
     EXPECT_EQ(dashed(in_fish(here, "eikon " + command + " --")), flags_of(here, command)) << command;
   EXPECT_EQ(in_fish(here, "eikon ren"), "render\n");
   EXPECT_EQ(in_fish(here, "eikon bench r"), "rays\n");
+  EXPECT_EQ(in_fish(here, "eikon man me"), "measure\nmerge\nmeter\n");
+  EXPECT_EQ(in_fish(here, "eikon man bench "), "rays\nscene\n");
   EXPECT_EQ(in_fish(here, "eikon render x.gltf --tonemap a"), "aces\nagx\n");
   EXPECT_EQ(in_fish(here, "eikon render --aov albedo,dep"), "albedo,depth\n");
 }
@@ -108,6 +112,7 @@ TEST(HelpPages, zsh_knows_every_flag_of_every_command) {
       ">/dev/null; for f in ${(k)functions[(I)_eikon_*]}; do print -- \"FUNCTION $f\"; $f; done; print FUNCTION'");
   ASSERT_TRUE(succeeded(outcome));
   EXPECT_EQ(outcome.err, "");
+  EXPECT_TRUE(contains(outcome.out, "FUNCTION _eikon_man_bench_rays\n"));
   for (const std::string& command : commands(here)) {
     const std::string name = "FUNCTION _eikon_" + std::regex_replace(command, std::regex(" "), "_") + "\n";
     const std::size_t begin = outcome.out.find(name);

@@ -61,7 +61,6 @@ void add_man(CommandFlags& root, Command& chosen) {
   flags.list({"COMMAND", "...", "the command, such as bench rays [eikon itself]"},
              [options](const std::string& word) { options->command.push_back(word); });
   flags.make_optional("COMMAND");
-  flags.suggest("COMMAND", root.commands());
   flags.text({"--folder", "FOLDER", "write a page for each command into this folder, which exists"}, options->folder);
   flags.exclude("--folder", "COMMAND");
   flags.run(chosen, [options] { return man_command(*options); });
