@@ -173,7 +173,7 @@ TEST(BadInput, flags_that_make_no_sense_are_usage_errors) {
     const std::string flag = std::string(flags).substr(0, std::string(flags).find(' '));
     EXPECT_TRUE(contains(outcome.err, flag.substr(flag.find_first_not_of('-')))) << flags << ": " << outcome.err;
   }
-  EXPECT_TRUE(contains(here.eikon(cornell("--spp 0")).err, "--spp: '0' is not a number from 1 to 281474976710656;"));
+  EXPECT_TRUE(contains(here.eikon(cornell("--spp 0")).err, "--spp: '0' is not a number from 1 to 281474976710656\n"));
   for (const char* size : {"0x5", "5", "70000x2", "16x", "x", "16x12x3", "1e2x5", "-1x5"}) {
     const Outcome outcome = here.eikon(cornell("--size ") + size);
     EXPECT_TRUE(refused(outcome, kUsage)) << size;
