@@ -10,7 +10,8 @@
 //           nothing. With `delta` set, wi is the one direction of a delta part, pdf the probability
 //           of choosing that part, and weight the part's share of the light over pdf.
 // If wo lies in or below the tangent plane nothing is scattered: eval and pdf are 0. A material has
-// one lobe of features.def. It may have layers on top (layers.h), of which no lobe knows.
+// one lobe of features.def. It may have layers on top (layers.h), of which no lobe knows. A coat may have
+// a normal other than the frame's, and reflects to directions above the surface itself with wi.z < 0, too.
 #ifndef EK_BSDF_H
 #define EK_BSDF_H
 #include "bsdf/conductor.h"
@@ -102,21 +103,23 @@ EK_FN BsdfSample bsdf_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choice) {
   // A lane without layers has p_base 1, and this is its own sample.
   const BsdfSample base = lobe_sample(m, wo, u, v, min_f(div_f(choice, k.p_base), (vf)(1.0f - 0x1p-24f)));
   v3 wi = base.wi;
-  vi from_coat = (vi)(0);
+  vi from_coat = (vi)(0), above_coat = (vi)(0);
   if (EK_HAS_clearcoat) {
     from_coat = !from_base & (choice < k.p_base + k.p_coat);
-    wi = select3(from_coat, coat_direction(k.coat, wo, u, v), wi);
+    wi = select3(from_coat, coat_direction(m, k.coat, u, v, &above_coat), wi);
   }
   if (EK_HAS_sheen) wi = select3(!(from_base | from_coat), warp_uniform_hemisphere(u, v), wi);
   BsdfValue value = layered_value(m, k, wo, wi, lobe_evaluate(m, wo, wi));
   const vi base_delta = from_base & base.delta, coat_delta = EK_HAS_clearcoat ? from_coat & k.coat.smooth : (vi)(0);
-  value.f = select3(base_delta, scale3(base.weight, base.pdf * base_transmittance(k, wi.z)), value.f);
+  value.f = select3(base_delta, scale3(base.weight, base.pdf * base_transmittance(k, wi.z) * below_coat_side(m, wi)), value.f);
   value.pdf = base_delta ? base.pdf * k.p_base : value.pdf;
   if (EK_HAS_clearcoat) {
-    value.f = select3(coat_delta, V3(k.coat.share, k.coat.share, k.coat.share), value.f);
+    const vf mirrored = k.coat.share * coat_side(m, k.coat, wi, k.coat.wo.z);
+    value.f = select3(coat_delta, V3(mirrored, mirrored, mirrored), value.f);
     value.pdf = coat_delta ? k.p_coat : value.pdf;
   }
-  const vi valid = (wo.z > 0.0f) & (from_base ? base.pdf > 0.0f : wi.z > 0.0f);
+  const vi above = from_coat ? above_coat : wi.z > 0.0f;
+  const vi valid = (wo.z > 0.0f) & (from_base ? base.pdf > 0.0f : above);
   BsdfSample s = bsdf_sample_of(bsdf_value_if(valid, value), wi, base_delta | coat_delta);
   s.weight = select3(layered, s.weight, base.weight);
   s.wi = select3(layered, s.wi, base.wi);

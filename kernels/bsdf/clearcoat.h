@@ -3,11 +3,15 @@
 // that reflects everything, weighted by the coat's Schlick reflectance (index 1.5) at the angle of
 // view. The extension leaves the light's angle out of that weight, so a coated material is not
 // reciprocal.
+//
+// The coat and what lies below it may have different normals, and then either has a horizon of its own. With
+// EK_HAS_clearcoat_normal, side_factor is therefore applied here to each of the two, and not by those who evaluate a coated material.
 #ifndef EK_BSDF_CLEARCOAT_H
 #define EK_BSDF_CLEARCOAT_H
 #include "bsdf/fresnel.h"
 #include "bsdf/lobe.h"
 #include "bsdf/microfacet.h"
+#include "bsdf/terminator.h"
 #include "lanes/basis.h"
 
 typedef struct {
@@ -39,28 +43,55 @@ EK_FN Coat make_coat(vf clearcoat, vf alpha, v3 normal, v3 wo) {
   return k;
 }
 
+/// Mask of the directions that the coat may reflect to.
+/// cos_i  of wi_local with the coat's normal
+EK_FN vi is_above_coat(MaterialLanes m, v3 wi_local, vf cos_i) {
+#if EK_HAS_clearcoat_normal
+  return (cos_i > 0.0f) & (dot3(m.n_geom, wi_local) > 0.0f);
+#else
+  return cos_i > 0.0f;
+#endif
+}
+
+/// side_factor of the coat; 1 where the coat follows its material. cos_i: as of is_above_coat
+EK_FN vf coat_side(MaterialLanes m, Coat k, v3 wi_local, vf cos_i) {
+#if EK_HAS_clearcoat_normal
+  return side_factor(dot3(m.n_geom, wi_local), cos_i, dot3(m.n_geom, k.basis.z), terminator_share(m));
+#else
+  return (vf)(1.0f);
+#endif
+}
+
+/// side_factor of what lies below a coat; 1 without a coat.
+EK_FN vf below_coat_side(MaterialLanes m, v3 wi) {
+#if EK_HAS_clearcoat_normal
+  return m.clearcoat > 0.0f ? side_factor(dot3(m.n_geom, wi), wi.z, m.n_geom.z, terminator_share(m)) : (vf)(1.0f);
+#else
+  return (vf)(1.0f);
+#endif
+}
+
 /// eval and pdf of the coat, before it is weighted by `share`.
-EK_FN BsdfValue coat_value(Coat k, v3 wi_local) {
+EK_FN BsdfValue coat_value(MaterialLanes m, Coat k, v3 wi_local) {
   const v3 wi = EK_HAS_clearcoat_normal ? to_local(k.basis, wi_local) : wi_local;
   const v3 sum = add3(k.wo, wi);
   const v3 h = direction_of(sum, dot3(sum, sum));
   const vf d = ggx_d(h, k.alpha);
   BsdfValue value;
-  const vf f = d * ggx_visibility(k.wo.z, k.length_o, wi.z, ggx_length(wi, k.alpha));
+  vf f = d * ggx_visibility(k.wo.z, k.length_o, wi.z, ggx_length(wi, k.alpha));
+  f = f * coat_side(m, k, wi_local, wi.z);
   value.f = V3(f, f, f);
   value.pdf = 0.5f * d * ggx_visible_share(k.wo.z, k.length_o);
-  return bsdf_value_if((k.wo.z > 0.0f) & (wi.z > 0.0f) & (wi_local.z > 0.0f) & !k.smooth, value);
+  return bsdf_value_if((k.wo.z > 0.0f) & is_above_coat(m, wi_local, wi.z) & !k.smooth, value);
 }
 
-/// The direction of a sample, which lies below the surface where the sample fails.
-EK_FN v3 coat_direction(Coat k, v3 wo, vf u, vf v) {
+/// The direction of a sample. above: is set to the mask of those that do not fail
+EK_FN v3 coat_direction(MaterialLanes m, Coat k, vf u, vf v, vi* above) {
   v3 wi = normalize3(mirrored(k.wo, ggx_visible_normal(k.wo, k.alpha, u, v)));
   wi = select3(k.smooth, V3(-k.wo.x, -k.wo.y, k.wo.z), wi);
-  if (!EK_HAS_clearcoat_normal) return wi;
-  // A direction below the coat's own horizon may be above that of the surface, where other parts of
-  // the material scatter with other densities: it counts as a failure.
-  const v3 nowhere = V3((vf)(0.0f), (vf)(0.0f), (vf)(-1.0f));
-  return select3(wi.z > 0.0f, to_world(k.basis, wi), nowhere);
+  const v3 wi_local = EK_HAS_clearcoat_normal ? to_world(k.basis, wi) : wi;
+  *above = is_above_coat(m, wi_local, wi.z);
+  return wi_local;
 }
 
 #endif

@@ -71,7 +71,8 @@ EK_FN BsdfValue layered_value(MaterialLanes m, CoatSheen k, v3 wo, v3 wi, BsdfVa
     value.pdf = value.pdf + (above ? k.p_sheen * EK_INV_2PI : (vf)(0.0f));
   }
   if (EK_HAS_clearcoat) {
-    const BsdfValue coat = coat_value(k.coat, wi);
+    value.f = scale3(value.f, below_coat_side(m, wi));
+    const BsdfValue coat = coat_value(m, k.coat, wi);
     value.f = add3(value.f, scale3(coat.f, k.coat.share));
     value.pdf = value.pdf + k.p_coat * coat.pdf;
   }

@@ -27,6 +27,9 @@ typedef struct {
   vf clearcoat;        // [0, 1]
   vf clearcoat_alpha;  // square of glTF's roughness
   v3 clearcoat_normal; // local, unit, on wo's side
+#if EK_HAS_clearcoat_normal
+  v3 n_geom;           // of the surface itself, local, unit, on wo's side
+#endif
   v3 sheen;            // colour of the fibres, [0, 1]
   vf sheen_roughness;  // [0, 1]
   vf iridescence;      // share of the surface under a thin film, [0, 1]
@@ -39,6 +42,13 @@ typedef struct {
   GuideCell guide;  // steers the diffuse part
 #endif
 } MaterialLanes;
+
+/// Sets n_geom, which only coats of their own normal need.
+EK_FN void set_geometric_normal(MaterialLanes* m, v3 n_geom) {
+#if EK_HAS_clearcoat_normal
+  m->n_geom = n_geom;
+#endif
+}
 
 // Bits of MaterialLanes.lobes.
 enum {

@@ -80,6 +80,8 @@ EK_FN vf pdf_sr_from_m2(vf pdf_m2, v3 n_geom, v3 dir, vf t) {
   return cos_light > 0.0f ? div_f(pdf_m2 * (t * t), cos_light) : (vf)(0.0f);
 }
 
+#define EK_HAS_BOTH_SIDES (EK_HAS_transmission | EK_HAS_clearcoat_normal)  // light may count from below a shading point's z
+
 /// Density with which light_sample chooses a direction towards the constant environment.
 /// probability  of choosing the environment (Frame.environment.w)
 /// cos_n        cosine of the direction with the z of light_sample's basis: wi.z of a BSDF sample
@@ -87,7 +89,7 @@ EK_FN vf pdf_sr_from_m2(vf pdf_m2, v3 n_geom, v3 dir, vf t) {
 /// both_sides   mask, as for light_sample
 EK_FN vf environment_pdf_sr(float probability, vf cos_n, vi both_sides) {
   const vf one_side = max_f(cos_n, (vf)(0.0f)) * (EK_INV_PI * probability);
-  if (!EK_HAS_transmission) return one_side;
+  if (!EK_HAS_BOTH_SIDES) return one_side;
   return both_sides ? abs_f(cos_n) * (EK_INV_PI * 0.5f * probability) : one_side;
 }
 
@@ -148,7 +150,7 @@ typedef struct {
 /// A shading point as a light is sampled for it.
 typedef struct {
   Basis basis;    // z on the side of wo
-  vi both_sides;  // mask: light from below the surface counts too
+  vi both_sides;  // mask: light from below the basis counts too
 #if EK_HAS_moving_light
   vf time;        // share of the shutter's time that has passed
 #endif
@@ -248,7 +250,7 @@ EK_FN void sample_environment(constant Frame* frame, AliasSample choice, LightVi
   const vi both_sides = viewer.both_sides;
   vf u = choice.u, v = choice.v;
   vi below = (vi)(0);
-  if (EK_HAS_transmission) {
+  if (EK_HAS_BOTH_SIDES) {
     below = both_sides & (u >= 0.5f);
     u = both_sides ? 2.0f * (below ? u - 0.5f : u) : u;
   }

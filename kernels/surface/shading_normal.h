@@ -83,18 +83,6 @@ EK_FN v3 usable_normal(v3 n_shade, v3 n_geom, v3 wo, vi glossy) {
   return select3(cos_geom > 0x1p-20f, n, n_geom);
 }
 
-/// Factor in [0, 1] of light that reaches a shading hemisphere from near the horizon of the surface
-/// itself, where it would end abruptly; 1 where the two normals are one.
-/// cos_geom, cos_shade  of the light's direction with the two normals; the latter positive
-/// cos_between          of the two normals
-/// source  [Chiang, Li, Burley 2019, "Taming the Shadow Terminator", equation 3]
-EK_FN vf terminator_factor(vf cos_geom, vf cos_shade, vf cos_between) {
-  const vf ratio = div_f(cos_geom, cos_shade * cos_between);
-  const vf bounded = ratio < 1.0f ? ratio : (vf)(1.0f);
-  const vf g = bounded > 0.0f ? bounded : (vf)(0.0f);
-  return ((g - g * g) + 1.0f) * g;
-}
-
 /// World direction of a material's anisotropy at a hit, not unit; zero where the mesh has no
 /// tangent.
 /// n_geom  to the front
@@ -103,17 +91,6 @@ EK_FN v3 anisotropy_direction(HitMaterial hit, HitAttributes at, v3 n_geom) {
   const v3 flat = sub3(at.tangent, scale3(n, dot3(at.tangent, n)));
   const v3 across = scale3(cross3(n, flat), at.bitangent_sign);
   return add3(scale3(flat, hit.anisotropy_x), scale3(across, hit.anisotropy_y));
-}
-
-/// The share of terminator_factor that applies to a material, [0, 1]. It is 1 for a diffuse base
-/// and for reflections as broad as that, and 0 for sharp reflections of metal and glass: there a
-/// mirror image that usable_normal has bent to the horizon of the surface would only turn black.
-/// source  Cycles applies its factor to diffuse closures alone (bump_shadowing_term); here there is
-///         no step between sharp and rough
-EK_FN vf terminator_share(MaterialLanes m) {
-  if (!(EK_HAS_metallic_roughness | EK_HAS_transmission | EK_HAS_conductor)) return (vf)(1.0f);
-  const vf without_base = m.metallic + (1.0f - m.metallic) * m.transmission;
-  return 1.0f - without_base * (1.0f - m.ggx_alpha);
 }
 
 #endif

@@ -299,15 +299,15 @@ PROBE(probe_terminator) { OUT_F(0, terminator_factor(IN_F(0), IN_F(1), IN_F(2)))
 #include "surface/material.h"
 EK_FN_ONCE BsdfValue probe_evaluate(MaterialLanes m, v3 wo, v3 wi) { return bsdf_evaluate(m, wo, wi); }
 
-// Inputs: material, wo, wi, u, v, choice, whether the front was hit, normal of the coat, alpha along x or -1.
+// Inputs: material, wo, wi, u, v, choice, whether the front was hit, normal of the coat, alpha along x or -1, the surface's own normal.
 EK_FN_ONCE void probe_bsdf_run(PROBE_ITEMS, SceneData scene) {
   const HitAttributes at = hit_attributes(scene, (vu)(0u), (vf)(0.0f), (vf)(0.0f));
   const HitMaterial hit = hit_material(scene, IN_U(0), at, IN_U(10) != 0u);
   MaterialLanes m = hit.bsdf;
   m.clearcoat_normal = IN_3(11);
+  set_geometric_normal(&m, IN_3(15));
   m.ggx_alpha_x = IN_F(14) >= 0.0f ? IN_F(14) : m.ggx_alpha;
-  const v3 wo = IN_3(1);
-  const v3 wi = IN_3(4);
+  const v3 wo = IN_3(1), wi = IN_3(4);
   const BsdfValue stated = probe_evaluate(m, wo, wi);
   OUT_3(0, stated.f);
   OUT_F(3, stated.pdf);

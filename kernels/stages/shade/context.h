@@ -52,7 +52,7 @@ typedef struct {
   vi live;         // mask of the lanes whose path may scatter here
   vi is_flat_lambert;
   int detailed;
-  vi both_sides;   // mask: light from below the surface counts too
+  vi both_sides;   // mask: light from below the horizon of n_shade counts too
   vu path, key, index, triangle;
 #if EK_HAS_moving_surface | EK_HAS_moving_light
   vf time;         // as PathState's

@@ -91,7 +91,8 @@ EK_FN vf sampled_light_share(const ShadeContext* c, const ShadingPoint* point, v
 /// The share of a light's radiance that the medium on the way leaves. wi: towards the light, local
 EK_FN v3 direct_light_transmittance(const ShadeContext* c, const ShadingPoint* point, LightRay shadow, v3 wi) {
   if (!EK_HAS_absorption) return V3((vf)(1.0f), (vf)(1.0f), (vf)(1.0f));
-  const vu medium = wi.z < 0.0f ? point->interface.transmitted_medium : point->interface.medium;
+  const vi below = is_transmitted(point, wi, shadow.wi);
+  const vu medium = below ? point->interface.transmitted_medium : point->interface.medium;
   const vf distance = shadow.t_max < EK_INFINITY ? sqrt_f(dot3(shadow.dir, shadow.dir)) : EK_INFINITY;
   return transmittance(medium_absorption(c->scene, medium), distance);
 }
@@ -120,7 +121,7 @@ EK_FN uint direct_light_cast(const ShadeContext* c, const ShadingPoint* point, P
 #if EK_HAS_light_paths
   weight = weight * sampled_light_share(c, point, picked.choice.index, &light, &shadow);
 #endif
-  vi pending = point->live & is_on_geometric_side(wi, dot3(shadow.wi, point->n_geom)) & (shadow.pdf > 0.0f) &
+  vi pending = point->live & is_on_geometric_side(point, wi, dot3(shadow.wi, point->n_geom)) & (shadow.pdf > 0.0f) &
                (max_component(f) > 0.0f) & (max_component(shadow.radiance) > 0.0f);
   if (EK_HAS_nested_media) pending = pending & !point->interface.is_null;
   if (EK_HAS_each_light) pending = k < c->stage.frame->light_count ? pending : (vi)(0);

@@ -44,11 +44,11 @@ EK_FN ScatteredPath scatter_direction(const ShadeContext* c, const PathHit* hit,
     next.dir = select3(is_null, hit->path.dir, next.dir);
   }
   next.wi = sample.wi;
-  next.medium = sample.wi.z < 0.0f ? point->interface.transmitted_medium : point->interface.medium;
+  next.medium = is_transmitted(point, sample.wi, next.dir) ? point->interface.transmitted_medium : point->interface.medium;
   next.pdf = sample.delta ? (vf)(-1.0f) : sample.pdf;
   next.beta = sample.weight;
   next.survives = point->live & (sample.pdf > 0.0f) &
-                  (is_null | is_on_geometric_side(sample.wi, dot3(next.dir, point->n_geom)));
+                  (is_null | is_on_geometric_side(point, sample.wi, dot3(next.dir, point->n_geom)));
   return next;
 }
 
@@ -71,10 +71,12 @@ EK_FN vf throughput_survival(const ShadeContext* c, const PathHit* hit, const Sh
   vf rr_throughput = max_component(abs3(next->beta));
   // Throughput is compared as it would be outside of all solids: a third of the paths that enter
   // glass would end there for nothing.
-  if (EK_HAS_transmission)
+  if (EK_HAS_transmission) {
+    const vi transmitted = is_transmitted(point, next->wi, next->dir);
     rr_throughput = rr_throughput * (EK_HAS_nested_media
                                          ? media_radiance_outside(c->scene, next->medium)
-                                         : radiance_returned_outside(point->material, hit->front, next->wi.z < 0.0f));
+                                         : radiance_returned_outside(point->material, hit->front, transmitted));
+  }
   // Ending paths that carry more adds more error than it saves rays (kernels/EXPERIMENTS.md).
   vf survival = min_f(EK_ROULETTE_GAIN * rr_throughput, roulette_most(c->depth));
   if (EK_HAS_fixed_roulette) survival = (vf)(c->stage.frame->roulette);

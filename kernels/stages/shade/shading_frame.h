@@ -2,6 +2,7 @@
 // Steps of stage `shade`: the normals of a hit, and the local frame in which its BSDF is evaluated.
 #ifndef EK_SHADE_SHADING_FRAME_H
 #define EK_SHADE_SHADING_FRAME_H
+#include "bsdf/terminator.h"
 #include "stages/shade/context.h"
 #include "surface/medium.h"
 #include "surface/shading_normal.h"
@@ -77,38 +78,61 @@ EK_FN void shading_frame(const ShadeContext* c, const PathHit* hit, const HitMat
   if (EK_HAS_anisotropy)
     point->basis = basis_along(point->basis, anisotropy_direction(*material, hit->attributes, n_front));
   point->wo = to_local(point->basis, wo_world);
-  if (EK_HAS_clearcoat_normal) {
+  point->both_sides = (point->material.lobes & (1u << LOBE_transmission)) != 0u;
+  v3 n_light = point->n_shade;
+  const vi transmits = point->both_sides;
+  if (EK_HAS_clearcoat_normal & point->detailed) {
     const v3 n_vertex = shading_normal(hit->attributes, n_front);
     v3 n_coat = mapped_normal(c->scene, material->clearcoat_normal_texture, hit->attributes, n_vertex, n_front);
     n_coat = select3(hit->front, n_coat, neg3(n_coat));
     n_coat = usable_normal(n_coat, point->n_geom, wo_world, point->material.clearcoat > 0.0f);
     point->material.clearcoat_normal = to_local(point->basis, n_coat);
+    // The coat reflects light from below the shading normal's horizon, too, but none from below the surface itself.
+    const v3 apart = sub3(n_coat, point->n_shade);
+    const vi has_own = (point->material.clearcoat > 0.0f) & (dot3(apart, apart) > 0.0f);
+    n_light = select3(has_own, point->n_geom, n_light);
+    point->both_sides = point->both_sides | has_own;
+    set_geometric_normal(&point->material, to_local(point->basis, point->n_geom));
   }
-  point->both_sides = (point->material.lobes & (1u << LOBE_transmission)) != 0u;
   // Reflected rays begin at this point, so the tree gives a light that such a ray meets the
   // probability it has here, bit for bit.
   point->light_context.p = point->p;
   if (EK_HAS_light_tree)
     point->light_context.p = offset_ray_origin(point->p, point->p_error, point->n_geom, point->n_geom);
-  point->light_context.packed_normal = EK_HAS_light_tree ? pack_normal(point->n_shade, point->both_sides) : (vu)(0u);
+  point->light_context.packed_normal = EK_HAS_light_tree ? pack_normal(n_light, transmits) : (vu)(0u);
+}
+
+/// Mask of the lanes whose BSDF tells the sides of the surface itself, and hides terminators, for each part (clearcoat.h).
+EK_FN vi bsdf_has_sides(const ShadingPoint* point) {
+  return EK_HAS_clearcoat_normal ? point->material.clearcoat > 0.0f : (vi)(0);
+}
+
+/// Tells light that is transmitted from what is reflected, for directions that light is scattered to.
+/// wi  local; wi_world  the same
+EK_FN vi is_transmitted(const ShadingPoint* point, v3 wi, v3 wi_world) {
+  if (!EK_HAS_clearcoat_normal) return wi.z < 0.0f;
+  return bsdf_has_sides(point) ? dot3(wi_world, point->n_geom) < 0.0f : wi.z < 0.0f;
 }
 
 /// Tells directions that lie on the same side of the surface itself as of its shading normal:
 /// reflected light stays on the viewer's side, and transmitted light leaves it. Walls would leak
 /// light otherwise.
 /// wi  local; cos_geom  of the direction with n_geom
-EK_FN vi is_on_geometric_side(v3 wi, vf cos_geom) {
-  const vi reflected = (wi.z > 0.0f) & (cos_geom > 0.0f);
+EK_FN vi is_on_geometric_side(const ShadingPoint* point, v3 wi, vf cos_geom) {
+  const vi above = EK_HAS_clearcoat_normal ? bsdf_has_sides(point) | (wi.z > 0.0f) : wi.z > 0.0f;
+  const vi reflected = above & (cos_geom > 0.0f);
   if (!EK_HAS_transmission) return reflected;
   return reflected | ((wi.z < 0.0f) & (cos_geom < 0.0f));
 }
 
 /// Factor of light that is reflected from or to wi, which hides the terminator of the shading
-/// normals (terminator_factor) as far as the material wants it; 1 for transmitted light.
+/// normals (terminator_factor) as far as the material wants it; 1 for transmitted light, and where the BSDF has applied it.
 EK_FN vf shadow_terminator(const ShadingPoint* point, v3 wi, v3 wi_world) {
   const vf factor = terminator_factor(dot3(wi_world, point->n_geom), wi.z, dot3(point->n_geom, point->n_shade));
   const vf share = terminator_share(point->material);
-  return ((wi.z > 0.0f) & !point->is_flat_lambert) ? (1.0f - share) + share * factor : (vf)(1.0f);
+  vi wanted = (wi.z > 0.0f) & !point->is_flat_lambert;
+  if (EK_HAS_clearcoat_normal) wanted = wanted & !bsdf_has_sides(point);
+  return wanted ? (1.0f - share) + share * factor : (vf)(1.0f);
 }
 
 #endif

@@ -98,5 +98,37 @@ TEST(BsdfContract, every_lobe_is_linear_in_its_colours) {
   }
 }
 
+// A black material shows its coat alone, in two frames: that of the coat, and one in which coat and surface lean together.
+TEST(BsdfContract, a_coat_reflects_by_its_own_normal_whatever_it_lies_on) {
+  std::mt19937 random(8);
+  for (const float roughness : {0.05F, 0.3F, 1.0F}) {
+    Specimen upright{"coat", kLobe_diffuse, {.base_color = {0, 0, 0}}};
+    upright.material.clearcoat = 1;
+    upright.material.clearcoat_roughness = roughness;
+    Specimen leaning = upright;
+    leaning.material.clearcoat_normal = leaning.material.geometric_normal = {0.6F, 0, 0.8F};
+    Queries q;
+    std::size_t below = 0;
+    const auto turned = [](const Direction& w) {
+      return Direction{0.8F * w[0] + 0.6F * w[2], w[1], 0.8F * w[2] - 0.6F * w[0]};
+    };
+    for (int i = 0; i < 20000; ++i) {
+      const Direction wo = from_cosine(uniform(random), uniform(random));
+      const Direction wi = from_cosine(uniform(random), uniform(random));
+      if (turned(wo)[2] <= 0) continue;
+      q.add(0, wo, wi, 0, 0, 0);
+      q.add(1, turned(wo), turned(wi), 0, 0, 0);
+    }
+    const Answers answers = scatter({upright, leaning}, q);
+    for (std::size_t i = 0; i < q.size(); i += 2) {
+      const double expected = answers.eval(i, 0);
+      if (as_float(q.in[6][i + 1]) < 0 && expected > 0) ++below;
+      ASSERT_NEAR(answers.eval(i + 1, 0), expected, 2e-3 * expected + 1e-7)
+          << "roughness " << roughness << ", wi.z " << as_float(q.in[6][i + 1]);
+    }
+    EXPECT_GT(below, 500U);
+  }
+}
+
 }  // namespace
 }  // namespace eikon::test

@@ -149,12 +149,17 @@ std::vector<Specimen> layered_specimens(float roughness) {
 #define EK_LOBE(name, bit) [[maybe_unused]] constexpr unsigned name = bit;
 #include "shared/features.def"
   const ProbeMaterial paint{.base_color = {0.6F, 0.1F, 0.05F}, .roughness = 0.5F};
-  ProbeMaterial lacquer = paint, tilted = paint, velvet = paint, white = paint, both = paint, dipped = paint;
+  ProbeMaterial lacquer = paint, tilted = paint, leaning = paint, velvet = paint, white = paint, both = paint,
+                dipped = paint;
   lacquer.clearcoat = 1;
   lacquer.clearcoat_roughness = roughness;
   tilted.clearcoat = 0.8F;
   tilted.clearcoat_roughness = 0.6F;
   tilted.clearcoat_normal = {0.36F, 0.48F, 0.8F};
+  leaning = tilted;
+  leaning.geometric_normal = leaning.clearcoat_normal = {0.6F, 0, 0.8F};
+  leaning.sheen = {0.3F, 0.1F, 0.2F};
+  leaning.sheen_roughness = 0.5F;
   velvet.sheen = {0.9F, 0.7F, 1};
   velvet.sheen_roughness = roughness;
   velvet.base_color = {0.2F, 0, 0.1F};
@@ -174,6 +179,7 @@ std::vector<Specimen> layered_specimens(float roughness) {
   dipped.solid = true;
   return {{"lacquer", metallic_roughness, lacquer, true, false},
           {"lacquer of a normal of its own", metallic_roughness, tilted, true, false},
+          {"lacquer over a normal map", metallic_roughness, leaning, true, false},
           {"velvet", metallic_roughness, velvet},
           {"white fibres on white", diffuse, white},
           {"fibres on metal under a coat", metallic_roughness, both, true, false},
@@ -281,6 +287,7 @@ void Queries::add(std::uint32_t specimen, const Direction& wo, const Direction& 
   in[10].push_back(1);
   for (std::size_t k = 0; k < 3; ++k) in[11 + k].push_back(as_word(k == 2 ? 1.0F : 0.0F));
   in[14].push_back(as_word(-1.0F));
+  for (std::size_t k = 0; k < 3; ++k) in[15 + k].push_back(as_word(k == 2 ? 1.0F : 0.0F));
 }
 
 void Queries::add(std::uint32_t specimen, const Direction& wo, std::mt19937& random) {
@@ -362,7 +369,10 @@ Answers scatter(const std::vector<Specimen>& specimens, const Queries& q, bool u
   for (std::size_t i = 0; i < q.size(); ++i) {
     const Specimen& s = specimens.at(q.in[0][i]);
     sided.in[10][i] = s.front ? 1 : 0;
-    for (std::size_t k = 0; k < 3; ++k) sided.in[11 + k][i] = as_word(s.material.clearcoat_normal[k]);
+    for (std::size_t k = 0; k < 3; ++k) {
+      sided.in[11 + k][i] = as_word(s.material.clearcoat_normal[k]);
+      sided.in[15 + k][i] = as_word(s.material.geometric_normal[k]);
+    }
     sided.in[14][i] = as_word(s.material.roughness_x < 0 ? -1 : s.material.roughness_x * s.material.roughness_x);
   }
   return {scatter(materials, extensions, details, sided, uniform, anisotropic, {}, compensated, not_needed(specimens))};

@@ -40,7 +40,7 @@ struct ProbeMaterial {
   float transmission = 0;
   bool solid = false;
   float clearcoat = 0, clearcoat_roughness = 0;
-  Direction clearcoat_normal = {0, 0, 1};
+  Direction clearcoat_normal = {0, 0, 1}, geometric_normal = {0, 0, 1};
   std::array<float, 3> sheen = {0, 0, 0};
   float sheen_roughness = 0;
   float roughness_x = -1;  // of anisotropic ones
@@ -60,6 +60,8 @@ struct Specimen {
   bool front = true;
   bool reciprocal = true;  // KHR_materials_clearcoat's mixing is not
   bool lets_through() const { return material.transmission > 0 || material.diffuse_transmission > 0; }
+  /// The coat may reflect to directions below the horizon of what it lies on.
+  bool has_leaning_base() const { return material.geometric_normal[2] != 1; }
   bool refracts() const { return material.solid && material.transmission > 0; }
   double eta() const { return front ? material.ior : 1 / double(material.ior); }
   /// The least roughness of what scatters.
@@ -71,7 +73,7 @@ std::vector<Specimen> specimens(float roughness);
 
 /// What is asked about specimens: sampling at (u, v, choice), and eval and pdf of wi.
 struct Queries {
-  std::vector<Words> in = std::vector<Words>(15);
+  std::vector<Words> in = std::vector<Words>(18);
   std::size_t compared = 8192;  // so many, evenly among all, on every device and lane width
   void add(std::uint32_t specimen, const Direction& wo, const Direction& wi, float u, float v, float choice);
   void add(std::uint32_t specimen, const Direction& wo, std::mt19937& random);

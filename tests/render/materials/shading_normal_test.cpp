@@ -92,7 +92,10 @@ TEST(ShadingNormals, a_silhouette_has_no_black_pixel) {
 }
 
 TEST(ShadingNormals, M19_mapped_walls_let_no_light_into_a_closed_box) {
-  for (const Material& base : {lambert(0.9F), metal(0.9F)})
+  Material coated = lambert(0.9F);
+  coated.clearcoat = 1;
+  coated.clearcoat_roughness = 0.5F;
+  for (const Material& base : {lambert(0.9F), metal(0.9F), coated})
     for (const bool inwards : {false, true}) {
       Scene scene;
       Material material = base;
@@ -107,7 +110,8 @@ TEST(ShadingNormals, M19_mapped_walls_let_no_light_into_a_closed_box) {
       Settings settings = furnace_view(64, 16);
       settings.camera = look_at_camera({0.2, 0.1, 0.3}, {-1, -0.3, -0.8}, {0, 1, 0}, 2.0);
       const Film film = film_of(scene, settings);
-      EXPECT_EQ(mean_of(film).mean, 0) << "metallic " << base.metallic << ", inwards " << inwards;
+      EXPECT_EQ(mean_of(film).mean, 0) << "metallic " << base.metallic << ", coat " << base.clearcoat << ", inwards "
+                                       << inwards;
     }
 }
 
