@@ -76,6 +76,14 @@ EK_FN vi is_reversible(const ShadeContext* c, const PathHit* hit, const HitMater
   return reversible | point->interface.is_null;
 }
 
+/// The ratio of a path that shares light and is reflected or refracted exactly. It is 0 where light paths cannot go the same way, and has a
+/// mark where the surface is no target.
+EK_FN vf exact_light_ratio(const ShadeContext* c, const PathHit* hit, const HitMaterial* material, const ShadingPoint* point,
+                           const ScatteredPath* next, vf ratio) {
+  const vf from_target = marked(ratio, is_target(c, hit, EK_MATERIAL_LIGHT_TARGET) ? (vu)(0u) : (vu)(EK_NO_TARGET_MARK));
+  return is_reversible(c, hit, material, point, next) ? from_target : (vf)(0.0f);
+}
+
 #if EK_HAS_merging
 /// As next_light_ratio, from the second surface on, where photons take part.
 EK_FN vf next_merged_ratio(const ShadeContext* c, const PathHit* hit, const HitMaterial* material, const ShadingPoint* point,
@@ -85,20 +93,20 @@ EK_FN vf next_merged_ratio(const ShadeContext* c, const PathHit* hit, const HitM
   const vf after = (seen_exactly & !is_exact) ? (vf)(EK_MERGED) : ratio;
   const vi found_by_light_paths = !seen_exactly & (ratio != 0.0f);
   if (!ANY(found_by_light_paths & is_exact)) return after;
-  return (found_by_light_paths & is_exact & !is_reversible(c, hit, material, point, next)) ? (vf)(0.0f) : after;
+  return (found_by_light_paths & is_exact) ? exact_light_ratio(c, hit, material, point, next, ratio) : after;
 }
 #endif
 
-/// As next_light_ratio, from the second surface on, without a mark.
+/// As next_light_ratio, from the second surface on, without the mark of a rough target.
 EK_FN vf next_shared_ratio(const ShadeContext* c, const PathHit* hit, const HitMaterial* material,
                            const ShadingPoint* point, const ScatteredPath* next) {
 #if EK_HAS_merging
   return next_merged_ratio(c, hit, material, point, next);
 #else
   const vf ratio = unmarked(hit->path.light_ratio);
-  const vi is_exact = next->pdf < 0.0f;
-  if (!ANY((ratio > 0.0f) & is_exact)) return ratio;
-  return (is_exact & !is_reversible(c, hit, material, point, next)) ? (vf)(0.0f) : ratio;
+  const vi is_exact = (ratio > 0.0f) & (next->pdf < 0.0f);
+  if (!ANY(is_exact)) return ratio;
+  return is_exact ? exact_light_ratio(c, hit, material, point, next, ratio) : ratio;
 #endif
 }
 
@@ -110,12 +118,7 @@ EK_FN vf next_light_ratio(const ShadeContext* c, const PathHit* hit, const HitMa
   if (c->depth == 1)
     return is_exact ? (vf)(EK_HAS_merging ? EK_SEEN_EXACTLY : 0.0f)
                     : first_light_ratio(c, hit, point, hit->path.dir, hit->t);
-  vf ratio = next_shared_ratio(c, hit, material, point, next);
-  const vi shares_exactly = is_exact & is_shared_ratio(ratio);
-  if (ANY(shares_exactly)) {
-    const vi no_target = shares_exactly & !is_target(c, hit, EK_MATERIAL_LIGHT_TARGET);
-    ratio = no_target ? marked(ratio, (vu)(EK_NO_TARGET_MARK)) : ratio;
-  }
+  const vf ratio = next_shared_ratio(c, hit, material, point, next);
   if (!EK_ROUGH_TARGETS) return ratio;
   vi is_rough = !is_exact & (point->light_ratio != 0.0f);
   if (!ANY(is_rough)) return ratio;
