@@ -61,7 +61,7 @@ std::optional<Parallelogram> parallelogram_of(const std::array<glm::vec3, 3>& a,
 }
 
 bool emits_evenly(const Material& material) {
-  return emits(material) && !material.emissive_texture;
+  return emits(material) && !material.emissive_texture && !material.clearcoat_texture;
 }
 
 LightCounts count_lights(const Scene& scene, const Settings& settings) {

@@ -222,6 +222,9 @@ bool has_small_lights(const EnvironmentMap& map) {
 
 void pack_light_paths(std::span<const Material> materials, std::span<const LightPathSource> emitters,
                       PackedScene& packed) {
+  // Paths from the camera ask for the density of each light, also where no light path can start.
+  packed.emission_pdf.assign(emitters.size(), 0);
+  packed.emission_aim.assign(emitters.size() + 1, 0);
   const std::vector<Ball> balls = Targets(materials, packed).balls();
   if (balls.empty()) return;
   double sections_m2 = 0;
@@ -246,7 +249,6 @@ void pack_light_paths(std::span<const Material> materials, std::span<const Light
   packed.emission_alias_table = table.buckets;
   packed.has_exact_light_targets = std::ranges::any_of(materials, is_exact_light_target);
   packed.emission_aim = std::move(aims);
-  packed.emission_pdf.resize(emitters.size());
   for (std::size_t i = 0; i < emitters.size(); ++i)
     packed.emission_pdf[i] =
         float(emitters[i].area_m2 > 0 ? table.probability[i] / emitters[i].area_m2 : table.probability[i]);

@@ -154,7 +154,8 @@ EK_FN ScatteredPath light_scatter(const ShadeContext* c, const PathHit* hit, con
     const vi refracted = point->material.solid & (next.wi.z < 0.0f);
     exact = exact * (refracted ? point->material.eta * point->material.eta : (vf)(1.0f));
   }
-  if (EK_HAS_SHADING_NORMAL & point->detailed) exact = exact * shadow_terminator(point, point->wo, to_light);
+  if (EK_HAS_SHADING_NORMAL & point->detailed)
+    exact = exact * (next.wi.z > 0.0f ? shadow_terminator(point, point->wo, to_light) : (vf)(1.0f));
   v3 weight = scale3(next.beta, is_null ? (vf)(1.0f) : exact);
   if (ANY(next.survives & !is_exact)) {
     const v3 f = scattered_towards(c, hit, point, next.dir, channel);

@@ -78,6 +78,29 @@ TEST(LightTargets, leave_what_other_surfaces_reflect_to_camera_paths) {
   }
 }
 
+TEST(LightTargets, that_are_painted_in_part_let_light_through_whole) {
+  // A shading normal that leans towards the sun hides the terminator of what the paint reflects, and of nothing that passes.
+  constexpr float passes = 0.4F, albedo = 0.5F, irradiance = 2;
+  constexpr double angle = 1.3;
+  Scene scene;
+  Primitive floor, pane;
+  add_quad(floor, {-2, 0, 2}, {4, 0, 0}, {0, 0, -4});
+  add_quad(pane, {-2, 1, 2}, {8, 0, 0}, {0, 0, -4});
+  pane.normals_object.assign(pane.positions_object.size(), glm::normalize(glm::vec3(1, 1, 0)));
+  Material painted = glass(1, 0, false);  // without Fresnel's reflection
+  painted.transmission = passes;
+  add_mesh(scene, "floor", std::move(floor), lambert(albedo));
+  add_mesh(scene, "pane", std::move(pane), painted);
+  scene.lights.push_back(sunshine({-std::sin(angle), -std::cos(angle), 0}, irradiance));
+  Settings settings = with_light_paths(settings_for(8, 8, 4096), 4);
+  settings.camera = look_at_camera({0, 0.8, 0}, {0, 0, 0}, {0, 0, 1}, 0.8);
+  settings.max_depth = 3;
+  const MeanAndError mean = mean_of(film_of(scene, settings));
+  const double expected = double(albedo * irradiance * passes) * std::cos(angle) / kPi;
+  EXPECT_NEAR(mean.mean, expected, 4 * mean.sigma);
+  EXPECT_LT(mean.sigma, 0.02 * expected);
+}
+
 TEST(LightTargets, leave_what_plastic_reflects_of_a_sun_to_camera_paths) {
   auto [scene, settings] = floor_in_the_sun(24, 2048, 300);
   scene.materials[0] = smooth_plastic(3);

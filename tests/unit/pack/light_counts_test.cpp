@@ -93,6 +93,9 @@ TEST(LightCounts, counts_each_light_once_and_every_instance) {
   scene.materials[0].emissive_texture = Texture{};
   EXPECT_EQ(count_lights(scene, dark).pairs, 0U) << "a texture may differ between the two";
   scene.materials[0].emissive_texture.reset();
+  scene.materials[0].clearcoat_texture = Texture{};
+  EXPECT_EQ(count_lights(scene, dark).pairs, 0U) << "so may a coat";
+  scene.materials[0].clearcoat_texture.reset();
   scene.lights.emplace_back();
   EXPECT_FALSE(count_lights(scene, dark).is_one());
   scene.materials[0].emission = glm::vec3(0);

@@ -171,8 +171,12 @@ TEST(LightTargets, without_light_or_glass_there_are_none) {
   add_triangle(packed, {0, 0, 0}, 1, 0, 0);
   pack_light_paths(std::vector<Material>{smooth_glass()}, std::vector<LightPathSource>(2), packed);
   EXPECT_TRUE(packed.light_targets.empty() && packed.emission_alias_table.empty());
+  EXPECT_EQ(packed.emission_pdf, std::vector<float>(2)) << "which paths from the camera look up";
+  EXPECT_EQ(packed.emission_aim, std::vector<float>(3));
   pack_light_paths(std::vector<Material>{Material{}}, kOneLamp, packed);
   EXPECT_TRUE(packed.light_targets.empty() && packed.emission_alias_table.empty());
+  EXPECT_EQ(packed.emission_pdf, std::vector<float>(1));
+  EXPECT_EQ(packed.emission_aim, std::vector<float>(2));
 }
 
 }  // namespace
