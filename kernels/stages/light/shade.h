@@ -30,12 +30,15 @@ EK_FN PathHit seen_from(const PathHit* hit, const MediumInterface* interface, v3
 
 /// BSDF and cosines of light that comes along a light path and goes on to a viewer: what the throughput of the path is
 /// multiplied by, over the density of to_viewer per sr. Exact reflection and refraction are left out.
-/// channel  random number that chooses the colour in glass with dispersion, as at the hit itself
-EK_FN v3 scattered_towards(const ShadeContext* c, const PathHit* hit, const ShadingPoint* point, v3 to_viewer, vf channel) {
+/// channel     random number that chooses the colour in glass with dispersion, as at the hit itself
+/// faces_away  is set to that of the point as the viewer sees it
+EK_FN v3 scattered_towards(const ShadeContext* c, const PathHit* hit, const ShadingPoint* point, v3 to_viewer, vf channel,
+                           vi* faces_away) {
   const PathHit seen = seen_from(hit, &point->interface, to_viewer);
   MediumInterface interface;
   const HitMaterial material = shade_material(c, &seen, &interface);
   ShadingPoint view = shading_point(c, &seen, &material, &interface);
+  *faces_away = view.faces_away;
   if (EK_HAS_dispersion) {
     v3 carried = point->beta;
     disperse(material, seen.front, channel, &view.material, &carried);
@@ -92,7 +95,8 @@ EK_FN uint camera_cast(const ShadeContext* c, global const float* filter_table, 
   const vi on_film = splat.inside & point->live & view.in_front;
   if (!ANY(on_film)) return 0u;
   const v3 to_camera = neg3(view.dir), n_geom = hit->surface.n_geom;
-  const v3 f = scattered_towards(c, hit, point, to_camera, channel);
+  vi unused;
+  const v3 f = scattered_towards(c, hit, point, to_camera, channel, &unused);
   // Light of lamps that paths from the camera can meet is shared with them (light_ratio.h).
   const vf density = hit->path.light_ratio;
   const vf ratio = first_light_ratio(c, hit, point, view.dir, view.distance) * density;
@@ -158,8 +162,10 @@ EK_FN ScatteredPath light_scatter(const ShadeContext* c, const PathHit* hit, con
     exact = exact * (next.wi.z > 0.0f ? shadow_terminator(point, point->wo, to_light) : (vf)(1.0f));
   v3 weight = scale3(next.beta, is_null ? (vf)(1.0f) : exact);
   if (ANY(next.survives & !is_exact)) {
-    const v3 f = scattered_towards(c, hit, point, next.dir, channel);
+    vi faces_away;
+    const v3 f = scattered_towards(c, hit, point, next.dir, channel, &faces_away);
     weight = select3(is_exact, weight, scale3(f, div_f((vf)(1.0f), next.pdf)));
+    next.survives = next.survives & (is_exact | !faces_away);  // see is_hidden_from_light_paths
   }
   next.beta = mul3(point->beta, weight);
   next.survives = next.survives & (max_component(abs3(next.beta)) > 0.0f);

@@ -84,14 +84,21 @@ EK_FN vf exact_light_ratio(const ShadeContext* c, const PathHit* hit, const HitM
   return is_reversible(c, hit, material, point, next) ? from_target : (vf)(0.0f);
 }
 
+/// Mask of the lanes where light paths do not scatter towards the viewer, because the shading normal faces away from there: as the light sees
+/// it, the viewer is below the surface, so their density there is 0 or, if the light bends the normal too, another one.
+EK_FN vi is_hidden_from_light_paths(const ShadingPoint* point, const ScatteredPath* next) {
+  return point->faces_away & !(next->pdf < 0.0f);
+}
+
 #if EK_HAS_merging
 /// As next_light_ratio, from the second surface on, where photons take part.
 EK_FN vf next_merged_ratio(const ShadeContext* c, const PathHit* hit, const HitMaterial* material, const ShadingPoint* point,
                            const ScatteredPath* next) {
   const vf ratio = unmarked(hit->path.light_ratio);
   const vi is_exact = next->pdf < 0.0f, seen_exactly = ratio == EK_SEEN_EXACTLY;
-  const vf after = (seen_exactly & !is_exact) ? (vf)(EK_MERGED) : ratio;
   const vi found_by_light_paths = !seen_exactly & (ratio != 0.0f);
+  vf after = (seen_exactly & !is_exact) ? (vf)(EK_MERGED) : ratio;
+  after = (found_by_light_paths & is_hidden_from_light_paths(point, next)) ? (vf)(0.0f) : after;
   if (!ANY(found_by_light_paths & is_exact)) return after;
   return (found_by_light_paths & is_exact) ? exact_light_ratio(c, hit, material, point, next, ratio) : after;
 }
@@ -103,8 +110,9 @@ EK_FN vf next_shared_ratio(const ShadeContext* c, const PathHit* hit, const HitM
 #if EK_HAS_merging
   return next_merged_ratio(c, hit, material, point, next);
 #else
-  const vf ratio = unmarked(hit->path.light_ratio);
+  vf ratio = unmarked(hit->path.light_ratio);
   const vi is_exact = (ratio > 0.0f) & (next->pdf < 0.0f);
+  ratio = is_hidden_from_light_paths(point, next) ? (vf)(0.0f) : ratio;
   if (!ANY(is_exact)) return ratio;
   return is_exact ? exact_light_ratio(c, hit, material, point, next, ratio) : ratio;
 #endif

@@ -35,9 +35,14 @@ EK_FN vi is_unbent_from(v3 n, v3 n_geom, v3 w, vi glossy) {
 }
 #endif
 
-/// The shading normal of a hit, on the viewer's side. n_geom: the surface's own, on that side
-EK_FN v3 hit_shading_normal(const ShadeContext* c, const PathHit* hit, const HitMaterial* material, v3 n_geom) {
-  return usable_normal(hit_raw_normal(c, hit, material), n_geom, neg3(hit->path.dir), is_glossy(material));
+/// Sets the shading normal of a point, on the viewer's side.
+EK_FN void set_shading_normal(const ShadeContext* c, const PathHit* hit, const HitMaterial* material,
+                              ShadingPoint* point) {
+  const v3 raw = hit_raw_normal(c, hit, material), wo = neg3(hit->path.dir);
+  point->n_shade = usable_normal(raw, point->n_geom, wo, is_glossy(material));
+#if EK_HAS_light_paths
+  point->faces_away = dot3(raw, wo) < 0.0f;
+#endif
 }
 
 /// The shading point of a hit, without its basis and wo. The medium on the way has taken its share
@@ -61,7 +66,10 @@ EK_FN ShadingPoint shading_point(const ShadeContext* c, const PathHit* hit, cons
   point.p_error = hit->surface.p_error;
   point.n_geom = select3(hit->front, hit->surface.n_geom, neg3(hit->surface.n_geom));
   point.n_shade = point.n_geom;
-  if (EK_HAS_SHADING_NORMAL & hit->detailed) point.n_shade = hit_shading_normal(c, hit, material, point.n_geom);
+#if EK_HAS_light_paths
+  point.faces_away = (vi)(0);
+#endif
+  if (EK_HAS_SHADING_NORMAL & hit->detailed) set_shading_normal(c, hit, material, &point);
   point.beta = hit->path.beta;
   if (EK_HAS_absorption)
     point.beta = mul3(point.beta, transmittance(medium_absorption(c->scene, interface->medium), hit->t));

@@ -101,6 +101,24 @@ TEST(LightTargets, that_are_painted_in_part_let_light_through_whole) {
   EXPECT_LT(mean.sigma, 0.02 * expected);
 }
 
+TEST(LightTargets, leave_light_of_normals_that_face_away_to_camera_paths) {
+  // A lamp shines at a mirror, and by way of that at a floor, whose shading normals face away from the wall that the camera sees.
+  Scene scene;
+  Primitive floor, wall, mirror, lamp;
+  add_quad(floor, {-1, -1, 1}, {2, 0, 0}, {0, 0, -2});
+  floor.normals_object.assign(floor.positions_object.size(), glm::normalize(glm::vec3(1, 1, 0)));
+  add_quad(wall, {-1, -1, -1}, {0, 2, 0}, {0, 0, 2});
+  add_quad(mirror, {0.95F, -1, -1}, {0, 0, 2}, {0, 2, 0});
+  add_quad(lamp, {0.6F, -0.5F, -0.6F}, {0, 1.2F, 0}, {0, 0, 1.2F});
+  add_mesh(scene, "floor", std::move(floor), lambert(0.8F));
+  add_mesh(scene, "wall", std::move(wall), lambert(0.8F));
+  add_mesh(scene, "mirror", std::move(mirror), metal(0));
+  add_mesh(scene, "lamp", std::move(lamp), lambert(0, 10));
+  Settings settings = settings_for(24, 24, 8192);
+  settings.camera = look_at_camera({0.2, -0.5, 0}, {-1, -0.7, 0}, {0, 1, 0}, 0.5);
+  EXPECT_FALSE(expect_the_same_mean("floor", scene, settings, 8192, 12).light_paths().empty());
+}
+
 TEST(LightTargets, leave_what_plastic_reflects_of_a_sun_to_camera_paths) {
   auto [scene, settings] = floor_in_the_sun(24, 2048, 300);
   scene.materials[0] = smooth_plastic(3);
