@@ -42,7 +42,7 @@ bool is_harmless(std::uint32_t c) {
   return !is_control && !turns_writing;
 }
 
-/// How many letters of a word have to be inserted, left out or replaced to make it the other.
+/// The number of letters of a word that have to be inserted, left out or replaced to make it the other.
 std::size_t edits_between(std::string_view from, std::string_view to) {
   std::vector<std::size_t> row(to.size() + 1);  // edits that make what was read of `from` each beginning of `to`
   std::iota(row.begin(), row.end(), std::size_t{0});

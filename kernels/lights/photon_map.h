@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The photons of the generation that the unit's samples belong to, one map for each replicate, in a hash table of cubic cells. A photon stands in all cells that are within the
-// radius of it, so whoever looks for photons around a point finds them in the point's own cell. The host builds the
+// The photons of the generation that the unit's samples belong to, one map for each replicate, in a hash table of cubic
+// cells. A photon stands in all cells that are within the radius of it, so whoever looks for photons around a point finds them in the point's own cell. The host builds the
 // table (host/wavefront/photons/photon_map.cpp), with the photons of a cell in an order that depends on no device.
 #ifndef EK_PHOTON_MAP_H
 #define EK_PHOTON_MAP_H

@@ -12,7 +12,8 @@
 // decides its outputs (job_key.h). `outputs` are the files as they were written, with the XXH64 of
 // their bytes; lines whose state is not "done" have their names only. A path is relative if the file lies below the folder
 // in which the batch runs, which is that of the jobs file, and else absolute. `path` and `job` have "\u0000ff" for a byte FF
-// that is not UTF-8 (name_to_utf8()). The last line about an output counts. "started" without a line after it means that the process was killed.
+// that is not UTF-8 (name_to_utf8()). The last line about an output counts. "started" without a line after it means that the
+// process was killed.
 #pragma once
 #include <cstdint>
 #include <filesystem>

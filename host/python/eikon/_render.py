@@ -2,13 +2,14 @@
 """Renders, meters and merges: each is the command of that name, whose flags are keywords here."""
 from __future__ import annotations
 
+import functools
 import json
 import operator
 import os
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Callable, Dict, List, Optional, Sequence, Tuple, Union
+from typing import TYPE_CHECKING, Any, Callable, Dict, FrozenSet, List, Optional, Sequence, Tuple, Union
 
 from . import _eikon
 from ._picture import PathLike, Picture, TemporaryFolder, copy_whole, encoded
@@ -103,10 +104,16 @@ def named(key: str, text: str) -> str:
     return text
 
 
+@functools.lru_cache(maxsize=None)
+def valued_keywords(command: str) -> FrozenSet[str]:
+    """The keywords of a command whose flags take a value."""
+    return frozenset(_eikon.valued_keywords(command))
+
+
 def words_of(command: str, flags: Dict[str, Any]) -> List[str]:
     """The flags of a command that keywords stand for; those that are None, False or empty lists are left out. raises
     UsageError"""
-    words, valued = [], _eikon.valued_keywords(command)
+    words: List[str] = []
     for key, value in flags.items():
         flag = "--" + key.rstrip("_").replace("_", "-")
         value = value.tolist() if hasattr(value, "tolist") else value
@@ -114,7 +121,7 @@ def words_of(command: str, flags: Dict[str, Any]) -> List[str]:
         if value is None or (value is False and key not in ON_OR_OFF) or (is_list and len(value) == 0):
             continue
         if value is True and key not in ON_OR_OFF:
-            if key.rstrip("_") in valued:
+            if key.rstrip("_") in valued_keywords(command):
                 raise _eikon.UsageError(f"{key}: takes a value, and True is none; give one, or leave {key} out")
             words.append(flag)
         else:

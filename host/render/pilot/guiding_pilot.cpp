@@ -32,7 +32,7 @@ constexpr std::uint64_t kLeastPathsToGiveUp = 1U << 17;  // smaller pilots show 
 // After this round the pilot also gives up if lamps light the surfaces, and these light no others.
 constexpr std::size_t kRoundOfDirectLight = 1;
 
-/// What paths of one way of sampling have brought, in a round or in the trial.
+/// Sums over the paths of one way of sampling, in a round or in the trial.
 struct PathStatistics {
   std::vector<double> count, sum, square;        // luminance of paths, by pixel
   std::array<std::vector<double>, 2> replicate;  // sums of its halves, which are scrambled apart

@@ -2,8 +2,8 @@
 // Stage `light_shade`.   From: light paths of this depth that hit something.
 //                        To: the light paths of the next depth, and pending shadow rays to the camera.
 // The steps are those of stage `shade`, for paths that carry light instead of looking for it. A light path ends unless
-// its first surface is a target that reflects or refracts it exactly, or a rough target. From the second surface on, a shadow ray joins it to
-// the camera and carries what arrives there.
+// its first surface is a target that reflects or refracts it exactly, or a rough target. From the second surface on, a
+// shadow ray joins it to the camera and carries what arrives there.
 //
 // BSDFs are those of the camera's paths: wo is towards the camera. Where a light path is scattered otherwise than by a
 // mirror, the BSDF is therefore evaluated anew as a viewer in the new direction sees the surface, with the normals that

@@ -126,9 +126,9 @@ EK_FN uint direct_light_cast(const ShadeContext* c, const ShadingPoint* point, P
   if (EK_HAS_nested_media) pending = pending & !point->interface.is_null;
   if (EK_HAS_each_light) pending = k < c->stage.frame->light_count ? pending : (vi)(0);
 
-  const v3 left = direct_light_transmittance(c, point, shadow, wi);
+  const v3 transmitted = direct_light_transmittance(c, point, shadow, wi);
   v3 radiance = scale3(mul3(mul3(point->beta, f), shadow.radiance), div_f(weight, shadow.pdf * EK_LIGHT_MEAN));
-  if (EK_HAS_absorption) radiance = mul3(radiance, left);
+  if (EK_HAS_absorption) radiance = mul3(radiance, transmitted);
   OpacityKey opacity = {(vu)(0u), (vu)(0u)};
   if (EK_HAS_opacity) opacity = opacity_key(point->key + k * EK_LIGHT_SAMPLE_KEY, point->index, c->depth, 1u);
   const ShadowRay ray = {.path = point->path,
@@ -144,7 +144,8 @@ EK_FN uint direct_light_cast(const ShadeContext* c, const ShadingPoint* point, P
                          .target_prim = shadow.target_prim,
                          .radiance = radiance,
 #if EK_HAS_path_log
-                         .logged = luminance(mul3(mul3(f, shadow.radiance), left)) * div_f(weight, shadow.pdf) * point->transmitted,
+                         .logged = luminance(mul3(mul3(f, shadow.radiance), transmitted)) * div_f(weight, shadow.pdf) *
+                                   point->transmitted,
 #endif
                          .light_group = light.group,
                          .null_interface_count = point->interface.null_interface_count};

@@ -14,7 +14,8 @@
 // a rough target, the factor is multiplied by the solid angle of its lobe over pi (lobe_sr), since camera paths sample that lobe and
 // light paths do not. What surfaces
 // between them do is left out: for diffuse surfaces it cancels, and for others both sides leave it out alike, so the
-// weights add up to one in any case. That takes one word of a path and no evaluation of a BSDF.
+// weights add up to one wherever both may go. Camera paths keep the light of those where light paths may not: is_reversible,
+// is_target and is_hidden_from_light_paths tell. That takes one word of a path and no evaluation of a BSDF.
 #ifndef EK_LIGHT_RATIO_H
 #define EK_LIGHT_RATIO_H
 #include "film/camera_connection.h"
@@ -84,8 +85,9 @@ EK_FN vf exact_light_ratio(const ShadeContext* c, const PathHit* hit, const HitM
   return is_reversible(c, hit, material, point, next) ? from_target : (vf)(0.0f);
 }
 
-/// Mask of the lanes where light paths do not scatter towards the viewer, because the shading normal faces away from there: as the light sees
-/// it, the viewer is below the surface, so their density there is 0 or, if the light bends the normal too, another one.
+/// Mask of the lanes where light paths do not scatter towards the viewer, because the shading normal faces away from there: as the
+/// light sees it, the viewer is below the surface, and their density is 0. Light paths that bend the normal for themselves might go
+/// there, and end instead (light_scatter).
 EK_FN vi is_hidden_from_light_paths(const ShadingPoint* point, const ScatteredPath* next) {
   return point->faces_away & !(next->pdf < 0.0f);
 }

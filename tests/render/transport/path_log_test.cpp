@@ -56,12 +56,18 @@ std::size_t expect_that_logs_add_up(const Scene& scene, Settings settings) {
   return lit;
 }
 
-/// A closed room, a lamp, and an absorbing block in front of it and another around the camera.
+/// A closed room with a lamp and an absorbing block in front of it. In another block are a matte ball and a lamp, so that
+/// light is emitted, met and sampled at the end of edges through a medium.
 std::pair<Scene, Settings> room_of_smoky_glass() {
   Scene scene = closed_room_with_lamp();
   make_grey(scene);
   add_block(scene, "filter", {-0.6F, 0.5F, -0.6F}, {0.6F, 0.8F, 0.6F}, amber(0.2F, 1.5F));
-  add_block(scene, "tank", {-0.9F, -0.9F, 0.9F}, {0.9F, 0.4F, 1.4F}, amber(0.1F, 1));
+  add_block(scene, "tank", {-0.9F, -0.9F, 0.4F}, {0.9F, 0.4F, 1.4F}, amber(0.1F, 1));
+  add_mesh(scene, "ball", sphere({-0.2F, -0.2F, 0.8F}, 0.2F, 6, false, true), lambert(0.5F));
+  Primitive lamp;
+  add_quad(lamp, {0.1F, 0.1F, 0.7F}, {0.2F, 0, 0}, {0, 0, 0.2F});
+  add_mesh(scene, "inner lamp", std::move(lamp), lambert(0.2F, 4));
+  scene.materials.back().double_sided = true;
   return {std::move(scene), seen_from_above(16, 32)};
 }
 
@@ -73,7 +79,7 @@ TEST(PathLog, adds_up_to_what_paths_bring) {
 
 TEST(PathLog, leaves_out_what_media_absorb) {
   const auto [scene, settings] = room_of_smoky_glass();
-  EXPECT_GT(expect_that_logs_add_up(scene, settings), 500U);
+  EXPECT_GT(expect_that_logs_add_up(scene, settings), 400U);
 }
 
 TEST(PathLog, has_the_share_of_a_sky_that_light_paths_leave_to_rough_metal) {
