@@ -256,7 +256,7 @@ UnitLimits unit_limits(const WavefrontConfig& config, const DeviceInfo& device) 
   // On a CPU every work-item gets a chunk.
   limits.grain = config.chunked ? std::uint64_t{config.chunk} * config.workers
                                 : kItemsPerUnit * std::max(device.compute_units, 1U);
-  if (!config.chunked) limits.pass_s = kPass_s;
+  limits.pass_s = kPass_s;
   return limits;
 }
 
@@ -283,9 +283,10 @@ std::uint32_t block_side(const WavefrontDevices& devices) {
   for (std::size_t i = 0; i < devices.devices.size(); ++i) {
     const Execution& execution = devices.executions[i];
     if (execution.block != 0) return execution.block;
-    // A device that launches each stage has blocks as large as its units need.
+    // A device of large units cuts the blocks that it needs from the whole picture.
     const Crop& crop = devices.settings.crop;
-    if (!configure(devices.devices[i], execution).chunked) side = std::max({side, crop.width(), crop.height()});
+    if (configure(devices.devices[i], execution).pixels > kBlockPixels)
+      side = std::max({side, crop.width(), crop.height()});
   }
   return side;
 }

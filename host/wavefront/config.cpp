@@ -14,7 +14,6 @@ namespace eikon {
 namespace {
 
 constexpr std::uint64_t kPathBytes = 256;  // rough size of state and film slots of a path with all features
-constexpr std::uint32_t kMostChunkedCapacity = 1U << 22;  // paths of a unit in chunks, where one launch runs all stages
 // Kernels of several lanes number the paths of a unit exactly below this (kernels/stages/path_state.h).
 constexpr std::uint32_t kMostExactPaths = 1U << 23;
 // A device that launches each stage has a fixed cost for each depth of a unit, whatever the unit's size. An H200 takes 0.09 to 0.16 ms
@@ -22,13 +21,17 @@ constexpr std::uint32_t kMostExactPaths = 1U << 23;
 // and 36 % in cornell_spheres.gltf (tools/gpu/MODEL.md).
 constexpr std::uint32_t kLeastQueuedCapacity = 1U << 20;
 constexpr std::uint64_t kResident = 2048, kRoundsOfItems = 128;  // work-items that a compute unit holds; rounds of them
-// A unit with fewer samples of each pixel is smaller than the capacity, because its sums take memory, too.
-constexpr std::uint32_t kSamplesToFill = 32;
+// A unit with fewer samples of each pixel is smaller than the capacity, because its sums take memory, too. On CPUs even the
+// samples of a short pass fill it (kLeastSamples in render/schedule.cpp), because cores that have few paths each are idle for long.
+constexpr std::uint32_t kSamplesToFill = 32, kSamplesToFillCores = 16;
 // Measured on cores with 1 MiB of level-2 cache: chunks of 4096 paths (0.5 MiB of state) are 3 to 4
 // % faster than chunks of 1024, because fewer of them end with empty lanes and rows of rays. 8192
 // gain nothing more. With a launch per stage 1024 is best.
 constexpr std::uint32_t kFusedChunk = 4096, kUnfusedChunk = 1024;
-constexpr std::uint32_t kChunksPerWorker = 32;  // so many that the wait for the last one costs next to nothing
+// So many that waiting for the last one costs next to nothing. With two work-items, units of 131,072 paths for each render cornell.gltf
+// at 12.6 million samples per second, and units of 16,384 and 4,096 at 9.7 and 7.1: a launch takes a tenth of a
+// millisecond, and the last portions of paths are small and leave lanes empty.
+constexpr std::uint32_t kChunksPerWorker = 32;
 
 /// Most paths of a unit that is not limited by memory.
 std::uint64_t usual_capacity(const WavefrontConfig& config, const DeviceInfo& device, std::uint32_t chunk) {
@@ -36,7 +39,7 @@ std::uint64_t usual_capacity(const WavefrontConfig& config, const DeviceInfo& de
     return std::clamp(std::bit_floor(kRoundsOfItems * kResident * device.compute_units),
                       std::uint64_t{kLeastQueuedCapacity}, std::uint64_t{kMostUnitPaths});
   std::uint64_t paths = 1U << 18;
-  while (config.fused && paths < kMostChunkedCapacity && paths / chunk < kChunksPerWorker * config.workers) paths *= 2;
+  while (config.fused && paths < kMostExactPaths && paths / chunk < kChunksPerWorker * config.workers) paths *= 2;
   return paths;
 }
 
@@ -71,7 +74,7 @@ WavefrontConfig configure(const DeviceInfo& device, const Execution& execution) 
   config.chunks = config.chunked ? whole(config.chunk) : 1;
   config.workers = std::min(config.workers, config.chunks);
   const std::uint32_t most_pixels =
-      config.chunked ? kBlockPixels : std::max(kBlockPixels, config.capacity() / kSamplesToFill);
+      std::max(kBlockPixels, config.capacity() / (config.chunked ? kSamplesToFillCores : kSamplesToFill));
   config.pixels = std::min(config.capacity(), std::max(most_pixels, execution.block * execution.block));
   return config;
 }

@@ -38,7 +38,7 @@ struct WavefrontConfig {
   /// Chunks whose state is in memory at the same time.
   [[nodiscard]] std::uint32_t held_chunks() const { return fused ? workers : chunks; }
 };
-/// The side of blocks of pixels that CPU devices get, and the pixels of one.
+/// The side of the smallest blocks of pixels that an image is cut into, and the pixels of one.
 inline constexpr std::uint32_t kBlockSide = 128, kBlockPixels = kBlockSide * kBlockSide;
 /// The bytes that a render may take of a device: its memory, or less by --memory.
 [[nodiscard]] std::uint64_t available_bytes(const DeviceInfo& device, const Execution& execution);

@@ -30,9 +30,11 @@ TEST(WavefrontConfig, many_cores_have_enough_chunks_each_and_paths_keep_exact_nu
     const WavefrontConfig config = configure(processor(cores), {});
     EXPECT_EQ(config.workers, cores);
     EXPECT_GE(config.capacity(), 1U << 18);
-    EXPECT_LE(config.capacity(), 1U << 22);
-    const std::uint32_t each = cores <= 32 ? 32 : 4;
+    EXPECT_LE(config.capacity(), 1U << 23);
+    const std::uint32_t each = cores <= 64 ? 32 : 8;
     EXPECT_GE(config.chunks, each * cores) << cores << " cores";
+    EXPECT_GE(config.pixels, kBlockPixels);
+    EXPECT_GE(16 * config.pixels, config.capacity()) << "a pass of few samples fills a unit, too";
   }
 }
 
@@ -96,9 +98,9 @@ TEST(WavefrontConfig, what_is_asked_for_is_given_and_little_memory_makes_the_poo
   execution.unit_paths = 64;
   EXPECT_EQ(configure(processor(8), execution).capacity(), 64U) << "a chunk is not larger than the unit";
   execution = {};
-  EXPECT_EQ(configure(processor(8), execution).pixels, kBlockPixels);
+  EXPECT_EQ(configure(processor(2), execution).pixels, kBlockPixels);
   execution.block = 300;
-  EXPECT_EQ(configure(processor(8), execution).pixels, 300U * 300);
+  EXPECT_EQ(configure(processor(2), execution).pixels, 300U * 300);
 }
 
 TEST(WavefrontConfig, a_gpu_with_very_little_memory_has_a_pool_that_fits_into_a_quarter_of_it) {
