@@ -66,6 +66,10 @@ bool is_translucent(const Material& m) { return m.diffuse_transmission > 0 && lo
 bool disperses(const Material& m) {
   return m.dispersion > 0 && m.solid && m.ior > 1 && lobe_of(m) == Lobe::transmission;
 }
+bool has_solid_specular(const Material& m) {
+  return is_solid(m) &&
+         (m.specular != 1 || m.specular_color != glm::vec3(1) || m.specular_texture || m.specular_color_texture);
+}
 bool has_thin_film(const Material& m) { return m.iridescence > 0 && has_microfacets(m); }
 
 /// Returns true if the materials differ in some parameter of the record.
@@ -265,6 +269,7 @@ constexpr Rule kRules[] = {
     {Feature::emissive_texture, texture_rule<Feature::emissive_texture>},
     {Feature::transmission_texture, texture_rule<Feature::transmission_texture>},
     {Feature::specular_texture, texture_rule<Feature::specular_texture>},
+    {Feature::solid_specular, "no solid has KHR_materials_specular", has_solid_specular, kUnlessRaycast},
     {Feature::material_extension, material_extension},
     {Feature::material_detail, material_detail},
     {Feature::diffuse_transmission, "nothing scatters light that passes it", is_translucent, kUnlessRaycast},

@@ -33,18 +33,37 @@ EK_FN v3 with_thin_film(MaterialLanes m, v3 plain, v3 f0, vf cosine) {
 }
 #endif
 
-/// Schlick's law, under a thin film where the material has one.
-/// f0, f90  reflectances times `share`, the share of the surface that they are for
-EK_FN v3 surface_reflectance(MaterialLanes m, v3 f0, vf f90, vf share, vf cosine) {
+// The shares of a surface that are metal, and a dielectric layer over a base.
+typedef struct {
+  vf metal, dielectric;
+} LayerShares;
+
+/// Of the opaque material as a whole.
+EK_FN LayerShares layer_shares(MaterialLanes m) {
+  const LayerShares shares = {m.metallic, 1.0f - m.metallic};
+  return shares;
+}
+
+/// Schlick's law for metal and dielectric together, each under a thin film where the material has one.
+/// f0, f90  the sums of their reflectances times their shares. Films do not follow the sum, but what each reflects: they
+///          reverse the phase of light, or do not, by the index of what lies below.
+EK_FN v3 surface_reflectance(MaterialLanes m, v3 f0, vf f90, LayerShares shares, vf cosine) {
   const v3 plain = schlick(f0, f90, schlick_weight(cosine));
 #if EK_HAS_iridescence
   if (!ANY(m.iridescence > 0.0f)) return plain;
-  const vf all = max_f(share, (vf)(0x1p-20f));
-  const v3 under = with_thin_film(m, scale3(plain, div_f(1.0f, all)), scale3(f0, div_f(1.0f, all)), cosine);
-  return select3((m.iridescence > 0.0f) & (share > 0.0f), scale3(under, all), plain);
+  const vf weight = schlick_weight(cosine), none = (vf)(0.0f);
+  const vi metal = shares.metal > 0.0f, both = metal & (shares.dielectric > 0.0f);
+  const v3 first_f0 = select3(metal, m.base_color, m.f0_dielectric);
+  const v3 first = with_thin_film(m, schlick(first_f0, metal ? (vf)(1.0f) : m.specular, weight), first_f0, cosine);
+  v3 under = scale3(first, metal ? shares.metal : shares.dielectric);
+  if (ANY(both)) {
+    const v3 second = with_thin_film(m, schlick(m.f0_dielectric, m.specular, weight), m.f0_dielectric, cosine);
+    under = add3(under, scale3(second, both ? shares.dielectric : none));
+  }
+  return select3(m.iridescence > 0.0f, under, plain);
 #else
   (void)m;
-  (void)share;
+  (void)shares;
   return plain;
 #endif
 }
@@ -117,8 +136,9 @@ EK_FN v3 metal_mean_reflectance(MaterialLanes m) {
   if (ANY(m.iridescence > 0.0f)) {
     const vf one = (vf)(1.0f);
     v3 mean = V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f));
+    const LayerShares metal = {one, (vf)(0.0f)};
     for (uint i = 0; i < EK_THIN_FILM_NODES; ++i)
-      mean = add3(mean, scale3(surface_reflectance(m, m.base_color, one, one, (vf)(thin_film_cosines[i])), (vf)(thin_film_weights[i])));
+      mean = add3(mean, scale3(surface_reflectance(m, m.base_color, one, metal, (vf)(thin_film_cosines[i])), (vf)(thin_film_weights[i])));
     return select3(m.iridescence > 0.0f, mean, bare);
   }
 #endif
@@ -126,9 +146,9 @@ EK_FN v3 metal_mean_reflectance(MaterialLanes m) {
 }
 #endif
 
-/// f0, f90  of the layer, times `share`, the share of the surface that is such a layer
-/// base     albedo of the base alone
-EK_FN SpecularOverDiffuse make_specular_over_diffuse(MaterialLanes m, v3 wo, v3 f0, vf f90, vf share, v3 base) {
+/// f0, f90, shares  of the layer, as of surface_reflectance
+/// base             albedo of the base alone
+EK_FN SpecularOverDiffuse make_specular_over_diffuse(MaterialLanes m, v3 wo, v3 f0, vf f90, LayerShares shares, v3 base) {
   SpecularOverDiffuse k;
   k.smooth = is_smooth(m);
   k.alpha = alpha_of(m);
@@ -150,9 +170,9 @@ EK_FN SpecularOverDiffuse make_specular_over_diffuse(MaterialLanes m, v3 wo, v3 
   // average.
   k.specular = max_f(ggx_reflected(o, mean_component(f0), f90), 0x1p-6f * f90);
 #if EK_HAS_iridescence
-  k.specular = m.iridescence > 0.0f ? max_f(o.full * mean_component(surface_reflectance(m, f0, f90, share, wo.z)), k.specular) : k.specular;
+  k.specular = m.iridescence > 0.0f ? max_f(o.full * mean_component(surface_reflectance(m, f0, f90, shares, wo.z)), k.specular) : k.specular;
 #else
-  (void)share;
+  (void)shares;
 #endif
   k.diffuse = mean_component(base) * k.one_minus_albedo_o;
 #if EK_HAS_energy_compensation
@@ -183,7 +203,7 @@ EK_FN v3 diffuse_part(SpecularOverDiffuse k, vf cos_i, vf length_i) {
 
 EK_FN SpecularOverDiffuse metallic_roughness_terms(MaterialLanes m, v3 wo) {
   SpecularOverDiffuse k =
-      make_specular_over_diffuse(m, wo, m.f0, m.f90, (vf)(1.0f), scale3(m.base_color, 1.0f - m.metallic));
+      make_specular_over_diffuse(m, wo, m.f0, m.f90, layer_shares(m), scale3(m.base_color, 1.0f - m.metallic));
 #if EK_HAS_GUIDE
   // Directions of the diffuse part come from the table, so a surface whose highlight is wide follows the table sometimes
   // even if all it reflects is the highlight.
@@ -201,7 +221,7 @@ EK_FN BsdfValue metallic_roughness_value(MaterialLanes m, SpecularOverDiffuse k,
   const v3 h = direction_of(sum, sum2);
   const vf length_i = ggx_length(wi, k.alpha);
   const vf d = k.smooth ? (vf)(0.0f) : ggx_d(h, k.alpha);
-  const v3 f = surface_reflectance(m, m.f0, m.f90, (vf)(1.0f), cos_h);
+  const v3 f = surface_reflectance(m, m.f0, m.f90, layer_shares(m), cos_h);
   BsdfValue value;
   value.f = add3(scale3(f, d * ggx_visibility(wo.z, k.length_o, wi.z, length_i)),
                  diffuse_part(k, wi.z, length_i));
@@ -223,7 +243,7 @@ EK_FN BsdfSample metallic_roughness_sample(MaterialLanes m, v3 wo, vf u, vf v, v
   v3 wi = select3(reflect, reflected, diffuse_direction(m, u, v, &unused));
   wi = select3(mirror, V3(-wo.x, -wo.y, wo.z), wi);
   BsdfValue value = metallic_roughness_value(m, k, wo, wi);
-  value.f = select3(mirror, surface_reflectance(m, m.f0, m.f90, (vf)(1.0f), wo.z), value.f);
+  value.f = select3(mirror, surface_reflectance(m, m.f0, m.f90, layer_shares(m), wo.z), value.f);
   value.pdf = (mirror & (wo.z > 0.0f)) ? p_specular : value.pdf;
   return bsdf_sample_of(value, wi, mirror);
 }

@@ -8,7 +8,7 @@
 //              paths can be reversed.
 //   solid      A rough dielectric interface [Walter et al. 2007] with exact Fresnel and Snell
 //              [KHR_materials_volume]. Each crossing is tinted by the base colour.
-//              KHR_materials_specular does not act on it.
+//              KHR_materials_specular changes how much it reflects, and not how it refracts.
 // Paths carry radiance: crossing into a medium of relative index eta divides it by eta^2.
 #ifndef EK_BSDF_TRANSMISSION_H
 #define EK_BSDF_TRANSMISSION_H
@@ -20,7 +20,7 @@ typedef struct {
   v3 f0;            // of its specular layer
   vf f90;
   vf share;         // of the glass
-  vf opaque_share;  // of the rest
+  LayerShares shares;  // of the rest
   vf glass_albedo;  // estimated albedo of the glass
   v3 diffuse_transmission;         // f of diffuse transmission is this times 1 - E(wi)
   vf diffuse_transmission_albedo;  // its estimated albedo, with that of ms_transmission
@@ -35,11 +35,35 @@ typedef struct {
 #endif
 } Glass;
 
+// Reflectance at normal incidence of the two indices alone; NaN where one stands for a mirror.
+EK_FN vf solid_f0(vf eta) {
+  const vf r = div_f(eta - 1.0f, eta + 1.0f);
+  return r * r;
+}
+
+/// Reflectance of a solid: m.f0_dielectric at normal incidence and m.specular at grazing angles, and between the two as Fresnel's equations
+/// for its indices are between theirs. So it is the same from both sides. Total reflection stays total.
+/// exact  by Fresnel's equations
+EK_FN v3 solid_reflectance(MaterialLanes m, vf exact, vf cos_h) {
+#if EK_HAS_solid_specular
+  const vi mirror = fresnel_is_mirror(m.eta);
+  const vf f0 = solid_f0(m.eta);
+  const v3 f = schlick(m.f0_dielectric, m.specular, mirror ? schlick_weight(cos_h) : div_f(exact - f0, 1.0f - f0));
+  const vi total = !mirror & (exact >= 1.0f);
+  const vf none = (vf)(0.0f), all = (vf)(1.0f);
+  return select3(total, V3(all, all, all), V3(max_f(f.x, none), max_f(f.y, none), max_f(f.z, none)));
+#else
+  (void)m;
+  (void)cos_h;
+  return V3(exact, exact, exact);
+#endif
+}
+
 /// Reflectance of the glass.
 /// cos_h  cosine of wo with the microfacet
 EK_FN v3 glass_reflectance(MaterialLanes m, vf cos_h) {
-  const vf exact = fresnel_dielectric(cos_h, m.eta);
-  v3 f = select3(m.solid, V3(exact, exact, exact), schlick(m.f0_dielectric, m.specular, schlick_weight(cos_h)));
+  const v3 of_solid = solid_reflectance(m, fresnel_dielectric(cos_h, m.eta), cos_h);
+  v3 f = select3(m.solid, of_solid, schlick(m.f0_dielectric, m.specular, schlick_weight(cos_h)));
 #if EK_HAS_iridescence
   // A film reflects the same from inside of a solid as from outside along the refracted direction.
   const vi some = (m.iridescence > 0.0f) & !(m.solid & (fresnel_is_mirror(m.eta) | (m.eta == 1.0f)));
@@ -47,8 +71,9 @@ EK_FN v3 glass_reflectance(MaterialLanes m, vf cos_h) {
     const vf outside2 = 1.0f - div_f((1.0f - cos_h) * (1.0f + cos_h), m.eta * m.eta);
     const vi inside = m.solid & (m.eta < 1.0f);
     const vf cosine = inside ? sqrt_f(max_f(outside2, (vf)(0.0f))) : cos_h;
-    const vf r = div_f(m.eta - 1.0f, m.eta + 1.0f), f0 = r * r;
-    const v3 under = with_thin_film(m, f, select3(m.solid, V3(f0, f0, f0), m.f0_dielectric), min_f(max_f(cosine, (vf)(0.0f)), (vf)(1.0f)));
+    const vf of_indices = solid_f0(m.eta);
+    const v3 f0 = EK_HAS_solid_specular ? m.f0_dielectric : select3(m.solid, V3(of_indices, of_indices, of_indices), m.f0_dielectric);
+    const v3 under = with_thin_film(m, f, f0, min_f(max_f(cosine, (vf)(0.0f)), (vf)(1.0f)));
     f = select3(some & !(inside & (outside2 <= 0.0f)), under, f);
   }
 #endif
@@ -97,8 +122,10 @@ EK_FN Glass with_multiple_scattering(MaterialLanes m, Glass g, v3 wo) {
     const vf solid_here = glass_one_minus_E_avg(g.table, g.table.here, glass_alpha(g.base.alpha)), solid_there = glass_one_minus_E_avg(g.table, g.table.there, glass_alpha(g.base.alpha));
     const vf n = max_f(g.eta, div_f(1.0f, g.eta)), n2 = n * n;
     // Reflectance for uniform light from outside [Kulla and Conty 2017]; the loss is the table's,
-    // under a film too.
-    const vf reflects = div_f(n - 1.0f, 4.08567f + 1.00071f * n), transmits = 1.0f - (filmy ? reflects_film : reflects);
+    // under a film and with KHR_materials_specular too.
+    vf reflects = div_f(n - 1.0f, 4.08567f + 1.00071f * n);
+    if (EK_HAS_solid_specular) reflects = mean_component(solid_reflectance(m, reflects, (vf)(0.0f)));
+    const vf transmits = 1.0f - (filmy ? reflects_film : reflects);
     const vf scale = div_f(transmits, n2 * max_f(max_f(solid_here, solid_there), (vf)(0x1p-30f)));
     const vi outside = g.eta > 1.0f;
     here = m.solid ? solid_here : here;
@@ -128,12 +155,13 @@ EK_FN Glass make_glass(MaterialLanes m, v3 wo) {
   const vf dielectric = 1.0f - m.metallic;
   const vf opaque = dielectric * (1.0f - m.transmission);
   g.share = dielectric * m.transmission;
-  g.opaque_share = m.metallic + opaque;
+  g.shares.metal = m.metallic;
+  g.shares.dielectric = opaque;
   g.f0 = add3(scale3(m.base_color, m.metallic), scale3(m.f0_dielectric, opaque));
   g.f90 = m.metallic + opaque * m.specular;
   vf reflects = opaque;
   if (EK_HAS_diffuse_transmission) reflects = opaque * (1.0f - m.diffuse_transmission);
-  g.base = make_specular_over_diffuse(m, wo, g.f0, g.f90, g.opaque_share, scale3(m.base_color, reflects));
+  g.base = make_specular_over_diffuse(m, wo, g.f0, g.f90, g.shares, scale3(m.base_color, reflects));
   if (EK_HAS_diffuse_transmission) {
     g.diffuse_transmission = scale3(m.diffuse_transmission_color, (opaque * m.diffuse_transmission) * g.base.base_scale);
     g.diffuse_transmission_albedo = mean_component(m.diffuse_transmission_color) * (opaque * m.diffuse_transmission) * g.base.one_minus_albedo_o;
@@ -182,7 +210,7 @@ EK_FN BsdfValue transmission_value(MaterialLanes m, Glass g, v3 wo, v3 wi) {
 
   const v3 f = glass_reflectance(m, max_f(cos_o_h, (vf)(0.0f)));
   const vf p_reflect = glass_reflects(mean_component(f), g.tint);
-  const v3 layer = surface_reflectance(m, g.f0, g.f90, g.opaque_share, cos_o_h);
+  const v3 layer = surface_reflectance(m, g.f0, g.f90, g.shares, cos_o_h);
   const vf total = glass_total(g);
   BsdfValue above;
   above.f = add3(scale3(add3(layer, scale3(f, g.share)), spread), diffuse_part(g.base, cos_i, length_i));
@@ -255,7 +283,7 @@ EK_FN BsdfSample transmission_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choi
   if (EK_TRANSMITS_DIFFUSELY) wi = select3(from_diffuse_transmission, neg3(warp_cosine_hemisphere(u, v)), wi);
 
   BsdfValue value = transmission_value(m, g, wo, wi);
-  const v3 layer = surface_reflectance(m, g.f0, g.f90, g.opaque_share, wo.z);
+  const v3 layer = surface_reflectance(m, g.f0, g.f90, g.shares, wo.z);
   value.f = select3(mirror, add3(layer, scale3(f, g.share)), value.f);
   value.pdf = mirror ? p_layer + p_glass * p_reflect : value.pdf;
   const v3 transmitted = mul3(m.base_color, V3(1.0f - f.x, 1.0f - f.y, 1.0f - f.z));

@@ -26,7 +26,7 @@ std::vector<Specimen> metallic_roughness_specimens(unsigned lobe, float roughnes
 
 std::vector<Specimen> transmission_specimens(unsigned lobe, float roughness) {
   const ProbeMaterial clear{.roughness = roughness, .transmission = 1};
-  ProbeMaterial pane = clear, mixed = clear, glass = clear, tinted = clear, water = clear;
+  ProbeMaterial pane = clear, mixed = clear, glass = clear, tinted = clear, water = clear, dim = clear;
   pane.base_color = {0.9F, 0.5F, 0.1F};
   pane.specular = 0.5F;
   mixed.base_color = {0.7F, 0.6F, 0.3F};
@@ -38,6 +38,9 @@ std::vector<Specimen> transmission_specimens(unsigned lobe, float roughness) {
   water.solid = true;
   water.ior = 1.33F;
   water.base_color = {0.4F, 0.7F, 0.9F};
+  dim.solid = true;
+  dim.specular = 0.6F;
+  dim.specular_color = {3, 0.5F, 0};
   ProbeMaterial paper{.roughness = roughness, .diffuse_transmission = 0.5F};
   ProbeMaterial leaf = paper, wax = paper, frosted = paper;
   leaf.base_color = {0.2F, 0.6F, 0.1F};
@@ -59,7 +62,9 @@ std::vector<Specimen> transmission_specimens(unsigned lobe, float roughness) {
           {"glass, from inside", lobe, glass, false},
           {"half transparent solid", lobe, tinted},
           {"half transparent solid, from inside", lobe, tinted, false},
-          {"water, from inside", lobe, water, false}};
+          {"water, from inside", lobe, water, false},
+          {"glass of coloured specular", lobe, dim},
+          {"glass of coloured specular, from inside", lobe, dim, false}};
 }
 
 std::vector<Specimen> conductor_specimens(unsigned lobe, float roughness) {
@@ -128,6 +133,8 @@ std::vector<Specimen> filmy_specimens(float roughness) {
   half.metallic = 0.3F;
   half.transmission = 0.5F;
   half.iridescence = 0.6F;
+  ProbeMaterial rust = half;
+  rust.transmission = 0;
   ProbeMaterial copper = half;
   copper.base_color = {1, 0.9F, 0.8F};
   copper.metallic = 1;
@@ -141,6 +148,7 @@ std::vector<Specimen> filmy_specimens(float roughness) {
           {"coated lens", transmission, glass},
           {"coated lens, from inside", transmission, glass, false},
           {"half transparent under oil", transmission, half},
+          {"partly metal under oil", metallic_roughness, rust},
           {"copper under lacquer", conductor, copper}};
 }
 
@@ -352,6 +360,10 @@ static std::vector<std::string> not_needed(const std::vector<Specimen>& specimen
   unless("sheen", [](const Specimen& s) { return s.material.sheen != std::array<float, 3>{0, 0, 0}; });
   unless("iridescence", [](const Specimen& s) { return s.material.iridescence > 0; });
   unless("diffuse_transmission", [](const Specimen& s) { return s.material.diffuse_transmission > 0; });
+  unless("solid_specular", [](const Specimen& s) {
+    const bool usual = s.material.specular == 1 && s.material.specular_color == std::array<float, 3>{1, 1, 1};
+    return s.refracts() && !usual;
+  });
   return without;
 }
 
