@@ -177,11 +177,11 @@ void read_shapes(const SceneSource& source, const std::vector<PlacedNode>& place
 }
 
 /// The transforms, world from object, of the instances of a node's mesh. With a skin it has one, whatever the node says.
-std::vector<glm::dmat4> instances_of(const SceneSource& source, const PlacedNode& placed, SkinReader& skins) {
-  if (const auto skin = skin_of(source.document, placed.node)) {
+std::vector<glm::dmat4> instances_of(const SceneSource& source, const PlacedNode& placed) {
+  if (skin_of(source.document, placed.node)) {
     if (has_instances(placed.node.view))
       source.notes.warn(placed.node.view.label() + ": its instances are left out, as its mesh has a skin");
-    return {skins[*skin].world_from_object()};
+    return {glm::dmat4(1.0)};
   }
   std::vector<glm::dmat4> instances = read_instances(placed.node.view, source.accessors).value_or(kOnce);
   for (glm::dmat4& instance : instances) instance = placed.world_from_object * instance;
@@ -191,7 +191,7 @@ std::vector<glm::dmat4> instances_of(const SceneSource& source, const PlacedNode
 /// Adds the camera, the light and the mesh that a node has. `mesh`: its index in Scene::meshes, or
 /// kNone. Of a node that is not visible only the camera remains.
 void place_node(const SceneSource& source, const PlacedNode& placed, std::size_t mesh, const glm::dvec3& extent,
-                SkinReader& skins, Scene& scene) {
+                Scene& scene) {
   const GltfNode& node = placed.node;
   if (node.camera) {
     source.document.wrong.check("camera", *node.camera);
@@ -205,7 +205,7 @@ void place_node(const SceneSource& source, const PlacedNode& placed, std::size_t
     if (has_instances(node.view)) source.notes.warn(node.view.label() + ": its instances are of no mesh; left out");
     return;
   }
-  const std::vector<glm::dmat4> instances = instances_of(source, placed, skins);
+  const std::vector<glm::dmat4> instances = instances_of(source, placed);
   if (instances.size() > scene.nodes.size()) scene.nodes.reserve(scene.nodes.size() + instances.size());
   for (const glm::dmat4& world_from_object : instances) {
     if (scene.nodes.size() == kMaxInstances)
@@ -237,7 +237,7 @@ void fill_scene(const SceneSource& source, Scene& scene) {
   textures.decode();
   for (std::size_t i = 0; i < placed_nodes.size(); ++i) {
     const std::size_t mesh = meshes.of_node[i];
-    place_node(source, placed_nodes[i], mesh, mesh == kNone ? glm::dvec3(0.0) : meshes.extents[mesh], skins, scene);
+    place_node(source, placed_nodes[i], mesh, mesh == kNone ? glm::dvec3(0.0) : meshes.extents[mesh], scene);
   }
   source.document.wrong.note(source.notes);
 }

@@ -168,13 +168,15 @@ void make_pose(Scene& pose, const Scene& scene) {
     for (std::size_t i = 0; i < std::min(pose.meshes[m].primitives.size(), scene.meshes[m].primitives.size()); ++i) {
       Primitive& own = pose.meshes[m].primitives[i];
       const Primitive& other = scene.meshes[m].primitives[i];
+      // A triangle whose joints turn it inside out keeps the order of its corners, or it would not be the same one.
+      if (own.indices.triangle_count() == other.indices.triangle_count()) own.indices = other.indices;
       share_if_equal(own.positions_object, other.positions_object);
       share_if_equal(own.normals_object, other.normals_object);
       share_if_equal(own.tangents_object, other.tangents_object);
       share_if_equal(own.colors, other.colors);
       for (std::size_t set = 0; set < std::size(own.uv); ++set) share_if_equal(own.uv[set], other.uv[set]);
     }
-  // A node that turns inside out keeps the order of its corners, or its triangles would not be the same ones.
+  // So do the triangles of a node that turns inside out.
   for (std::size_t n = 0; n < std::min(pose.nodes.size(), scene.nodes.size()); ++n)
     pose.nodes[n].mirrored = scene.nodes[n].mirrored;
   pose.in_motion = true;

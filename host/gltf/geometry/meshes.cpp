@@ -111,7 +111,8 @@ Mesh MeshReader::read(const Wanted& wanted) {
               .place = {wanted.mesh, p},
               .user = fmt::format("{}, primitive {}", user, p),
               .draco = {},
-              .posed = {}};
+              .posed = {},
+              .mirrored = {}};
     if (primitive.mode < kTriangles) {
       source_.notes.unsupported(
           std::string("primitives of mode ") + kModeNames[static_cast<std::size_t>(primitive.mode)], user);
@@ -195,7 +196,7 @@ Primitive MeshReader::read_primitive(Part& part) {
   Primitive result;
   std::size_t warnings = source_.notes.warning_count();
   const std::shared_ptr<const Connections> connections = connections_of(part, positions.count);
-  result.indices = connections->indices;
+  result.indices = facing(*connections, part.mirrored);
   if (result.indices.empty()) return {};
   const std::vector<std::uint32_t>& used = connections->used;
   const VertexChoice vertices{.used = used, .count = used.empty() ? positions.count : used.size()};
@@ -340,9 +341,21 @@ void MeshReader::follow_joints(Part& part, const Skin& skin) const {
   std::map<std::string, const Accessor*> attributes;
   for (const auto& entry : part.primitive.attributes)
     if (is_for_skins(entry.first)) attributes[entry.first] = checked_attribute(part, entry.first, position_count);
-  OwnAttributes moved = skin_attributes(skin, attributes, part.user, source_.notes);
-  for (auto& [name, accessor] : moved.attributes) part.posed.attributes.insert_or_assign(name, std::move(accessor));
-  for (Bytes& bytes : moved.storage) part.posed.storage.push_back(std::move(bytes));
+  SkinnedVertices moved = skin_vertices(skin, attributes, part.user, source_.notes);
+  for (auto& [name, accessor] : moved.own.attributes) part.posed.attributes.insert_or_assign(name, std::move(accessor));
+  for (Bytes& bytes : moved.own.storage) part.posed.storage.push_back(std::move(bytes));
+  part.mirrored = std::move(moved.mirrored);
+}
+
+TriangleIndices MeshReader::facing(const Connections& connections, const std::vector<bool>& mirrored) {
+  if (mirrored.empty()) return connections.indices;
+  std::vector<std::uint32_t> list = connections.indices.list();
+  const auto mirrors = [&](std::uint32_t slot) {
+    return mirrored[connections.used.empty() ? slot : connections.used[slot]] ? 1 : 0;
+  };
+  for (std::size_t i = 0; i + 2 < list.size(); i += 3)
+    if (mirrors(list[i]) + mirrors(list[i + 1]) + mirrors(list[i + 2]) >= 2) std::swap(list[i + 1], list[i + 2]);
+  return {std::move(list)};
 }
 
 void MeshReader::morph(Part& part, const std::vector<double>& weights) const {

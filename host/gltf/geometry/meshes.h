@@ -71,6 +71,7 @@ class MeshReader {
     std::string user;  // "mesh 'box', primitive 2"
     DracoMesh draco;     // empty if it is not compressed
     OwnAttributes posed;  // in place of the file's; empty if nothing moves it
+    std::vector<bool> mirrored;  // by vertex of the file: its joints mirror it; empty if those of none do
   };
   /// Equal for primitives of the same geometry, if their triangles are neither compressed nor posed.
   using Contents = decltype(Accessor().contents());
@@ -100,6 +101,9 @@ class MeshReader {
   bool pose(Part& part, const Wanted& wanted);
   void morph(Part& part, const std::vector<double>& weights) const;
   void follow_joints(Part& part, const Skin& skin) const;
+  /// The triangles of a primitive; those of which most corners are mirrored have two of their corners exchanged, so that their
+  /// fronts stay in front.
+  static TriangleIndices facing(const Connections& connections, const std::vector<bool>& mirrored);
   /// Renumbers `indices` to the vertices they use; returns those, or nothing when they use all of
   /// them.
   std::vector<std::uint32_t> compact(TriangleIndices& indices, std::uint64_t vertex_count);

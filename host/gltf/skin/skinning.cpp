@@ -135,16 +135,23 @@ bool is_for_skins(const std::string& name) {
          name.starts_with("WEIGHTS_");
 }
 
-OwnAttributes skin_attributes(const Skin& skin, const std::map<std::string, const Accessor*>& attributes,
+SkinnedVertices skin_vertices(const Skin& skin, const std::map<std::string, const Accessor*>& attributes,
                               const std::string& user, Notes& notes) {
   Blender blender(skin, attributes, user);
   Replaced positions, normals, tangents;
   positions.begin(attributes, "POSITION");
   normals.begin(attributes, "NORMAL");
   tangents.begin(attributes, "TANGENT");
+  SkinnedVertices result;
   for (std::uint64_t i = 0; i < positions.source->count; ++i) {
     const glm::dmat4 matrix = blender.matrix_of(i);
     const glm::dmat3 linear(matrix);
+    const bool mirrors = glm::determinant(linear) < 0;
+    if (mirrors) {
+      result.mirrored.resize(positions.source->count);
+      result.mirrored[i] = true;
+    }
+    const double facing = mirrors ? -1 : 1;
     const glm::dvec3 position(glm::vec3(positions.source->vector_at(i)));
     positions.set(i, glm::vec4(glm::vec3(linear * position + glm::dvec3(matrix[3])), 0.0F));
     // Directions get length 1, since the scale of joints may be far from it.
@@ -153,17 +160,18 @@ OwnAttributes skin_attributes(const Skin& skin, const std::map<std::string, cons
       return glm::vec3(length > 0 && std::isfinite(length) ? d / length : glm::dvec3(0.0));
     };
     if (normals.source != nullptr)
-      normals.set(i, glm::vec4(direction(cofactors(linear) * glm::dvec3(normals.source->vector_at(i))), 0.0F));
+      normals.set(i,
+                  glm::vec4(direction(facing * (cofactors(linear) * glm::dvec3(normals.source->vector_at(i)))), 0.0F));
     if (tangents.source != nullptr) {
       const glm::vec4 tangent = tangents.source->vector_at(i);
-      tangents.set(i, glm::vec4(direction(linear * glm::dvec3(tangent)), tangent.w));
+      const float handedness = mirrors ? -tangent.w : tangent.w;
+      tangents.set(i, glm::vec4(direction(linear * glm::dvec3(tangent)), handedness));
     }
   }
   blender.note(notes);
-  OwnAttributes result;
-  positions.end("POSITION", result);
-  normals.end("NORMAL", result);
-  tangents.end("TANGENT", result);
+  positions.end("POSITION", result.own);
+  normals.end("NORMAL", result.own);
+  tangents.end("TANGENT", result.own);
   return result;
 }
 

@@ -85,7 +85,6 @@ Skin SkinReader::read(std::size_t index) {
   const Accessor* matrices = nullptr;
   if (const Json* accessor = member(view.value, "inverseBindMatrices"))
     matrices = &check_matrices(view, accessors_[to_index(*accessor)], size_of(*joints));
-  std::size_t mirrors = 0;
   for (std::size_t i = 0; i < size_of(*joints); ++i) {
     glm::dmat4 joint = place_of(to_index(element(*joints, i)), skin.label);
     if (matrices != nullptr) {
@@ -99,12 +98,8 @@ Skin SkinReader::read(std::size_t index) {
       joint = joint * bind;
     }
     if (!is_finite(joint)) view.refuse(fmt::format("the transform of its joint {} overflows; scale the scene down", i));
-    mirrors += glm::determinant(glm::dmat3(joint)) < 0 ? 1 : 0;
     skin.joints.push_back(joint);
   }
-  skin.mirrored = 2 * mirrors > skin.joints.size();
-  if (skin.mirrored)
-    for (glm::dmat4& joint : skin.joints) joint = skin.world_from_object() * joint;  // which is its own inverse
   return skin;
 }
 

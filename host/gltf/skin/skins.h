@@ -16,17 +16,11 @@
 
 namespace eikon {
 
-/// A skin at the pose of the scene. A mesh with it stands in the world as world_from_object() says, whatever
-/// the transform of its node [glTF 2.0, section 3.7.3.3].
+/// A skin at the pose of the scene. The vertices of a mesh with it are in the world's coordinates, whatever the transform
+/// of its node [glTF 2.0, section 3.7.3.3].
 struct Skin {
   std::string label;               // "skin 'arm'"
-  std::vector<glm::dmat4> joints;  // object_from_mesh of each: finite, affine
-  bool mirrored = false;           // most joints mirror; the object is then the mirror image of the world
-
-  [[nodiscard]] glm::dmat4 world_from_object() const {
-    const double sign = mirrored ? -1 : 1;
-    return glm::dmat4(glm::dmat3(sign));
-  }
+  std::vector<glm::dmat4> joints;  // world_from_mesh of each: finite, affine
 };
 
 /// The skin that counts for the mesh of a node; nothing if it has none, or if none of the mesh's primitives has
