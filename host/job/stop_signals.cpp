@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "job/stop_signals.h"
 
+#include <chrono>
 #include <csignal>
+#include <optional>
 #include <thread>
 
 namespace eikon {
@@ -10,6 +12,10 @@ namespace {
 std::atomic<bool> stop_requested{false}, stops_are_caught{false};
 std::atomic<int> stop_signal{0};
 std::atomic<std::uint64_t> checkpoint_requests{0};
+
+// A stop often comes more than once: GNU timeout signals its command and then the process group, and a task of a farm
+// is signalled both by its queue and by its own script. What comes later than this is somebody who does not want to wait.
+constexpr std::chrono::seconds kOneStop{1};
 
 bool is_ignored(int signal) {
   struct sigaction now {};
@@ -31,7 +37,8 @@ struct Received {
 };
 
 void receive(const Received& signals) {
-  bool is_last = false;  // the next SIGINT or SIGTERM ends the process
+  using Clock = std::chrono::steady_clock;
+  std::optional<Clock::time_point> first_stop;  // by SIGINT or SIGTERM
   for (;;) {
     int signal = 0;
     if (sigwait(&signals.all, &signal) != 0) continue;
@@ -39,10 +46,10 @@ void receive(const Received& signals) {
       ++checkpoint_requests;
     } else if (!stops_are_caught) {
       if (sigismember(&signals.ignored, signal) != 1) act_by_default(signal);
-    } else if (is_last && signal != SIGHUP) {
+    } else if (first_stop && signal != SIGHUP && Clock::now() - *first_stop >= kOneStop) {
       act_by_default(signal);
     } else {
-      is_last = is_last || signal != SIGHUP;
+      if (!first_stop && signal != SIGHUP) first_stop = Clock::now();
       if (!stop_requested) stop_signal = signal;
       stop_requested = true;
     }

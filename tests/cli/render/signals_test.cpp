@@ -98,7 +98,22 @@ TEST(Signals, SIGHUP_ends_nothing_under_nohup) {
   EXPECT_EQ(here.wait(child).code, 143);
 }
 
-TEST(Signals, a_second_SIGINT_or_SIGTERM_ends_it_at_once) {
+TEST(Signals, one_stop_that_comes_twice_leaves_what_was_done) {
+  for (const int first : {SIGINT, SIGTERM}) {
+    const Workplace here;
+    const pid_t child = here.start(cornell(std::string(kEndless) + "--checkpoint c.exr --checkpoint-every 0.03"));
+    EXPECT_TRUE(wait_for_files(child, here / "c.exr", 1));
+    kill(child, first);
+    sleep_ms(1);
+    kill(child, SIGTERM);  // as GNU timeout does, and queues that signal every process of a task
+    const Outcome outcome = here.wait(child);
+    EXPECT_EQ(outcome.code, first == SIGINT ? 130 : 143) << outcome.err;
+    ASSERT_EQ(outcome.err.find("eikon: interrupted: "), 0U) << outcome.err;
+    EXPECT_EQ(read_exr(here / "out.exr").planes, read_exr(here / "c.exr").planes);
+  }
+}
+
+TEST(Signals, a_SIGINT_or_SIGTERM_a_second_after_the_first_ends_it_at_once) {
   for (const int second : {SIGINT, SIGTERM}) {
     const Workplace here;
     const pid_t child = here.start(cornell(std::string(kEndless) + "--checkpoint c.exr --checkpoint-every 0.03"),
@@ -106,7 +121,7 @@ TEST(Signals, a_second_SIGINT_or_SIGTERM_ends_it_at_once) {
     EXPECT_TRUE(wait_for_files(child, here / "c.exr", 1));
     sleep_ms(300);  // its device has hung by now
     kill(child, SIGINT);
-    sleep_ms(300);
+    sleep_ms(1200);
     EXPECT_FALSE(has_ended(child));
     kill(child, second);
     for (int i = 0; i < 500 && !has_ended(child); ++i) sleep_ms(10);
