@@ -88,6 +88,27 @@ class Errors(Package):
             eikon.render(scene, colour=True)
         self.assertEqual(sorted(os.listdir()), before)
 
+    def test_of_a_wrong_kind_come_before_the_render(self):
+        scene = SCENES / "furnace.gltf"
+        for words in ({"output": 5}, {"stats": 1.5}, {"output": ["a.exr"]}, {"progress": 5}):
+            calls = []
+            with self.assertRaises(eikon.UsageError, msg=words) as caught:
+                eikon.render(scene, **{"size": (4, 4), "spp": 2, "progress": calls.append, **words})
+            self.assertIn(next(iter(words)), str(caught.exception))
+            self.assertEqual(calls, [])
+        for part in ("part.exr", b"part.exr", self.folder / "part.exr"):
+            with self.assertRaises(eikon.UsageError):
+                eikon.merge(part)
+        own = eikon.Scene()
+        for wrong in ([[1j, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 0], [1, 0], [0, 1]]):
+            with self.assertRaises(eikon.UsageError):
+                own.mesh(wrong, [[0, 1, 2]])
+        with self.assertRaises(eikon.UsageError):
+            own.save(self.folder / "own.txt")
+        with self.assertRaises(eikon.InputError):
+            own.save(self.folder / "nowhere" / "own.glb")
+        self.assertEqual(list(self.folder.iterdir()), [])
+
     def test_notes_say_what_was_left_out(self):
         scene = eikon.Scene()
         scene.add(scene.mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], material=scene.material(extensions={"NOBODY_knows": {}})))

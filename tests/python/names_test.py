@@ -29,6 +29,16 @@ class Names(Package):
         self.assertEqual(eikon.compare(os.fspath(files["exr"]), self.folder / f"{NAME} saved.exr").mse, 0)
         self.assertEqual(eikon.meter(scene, (0, 0, 0), facing=(0, 1, 0), spp=1).quantity, "irradiance")
 
+    def test_may_be_given_as_bytes(self):
+        files = {key: os.fsencode(self.folder / f"a.{key}") for key in ("output", "stats", "png", "checkpoint")}
+        part = eikon.render(SCENES / "furnace.gltf", size=(8, 8), samples=(0, 2), **files)
+        merged = eikon.merge([files["output"]], os.fsencode(self.folder / "m.exr"), png=os.fsencode(self.folder / "m.png"))
+        for ending in (b"exr", b"png"):
+            merged.save(os.fsencode(self.folder) + b"/saved." + ending)
+        names = ["a.checkpoint", "a.output", "a.png", "a.stats", "m.exr", "m.png", "saved.exr", "saved.png"]
+        self.assertEqual(sorted(os.listdir(self.folder)), names)
+        self.assertEqual(eikon.compare(files["output"], part).mse, 0)
+
     def test_that_are_no_text_are_escaped_in_errors_as_the_program_does(self):
         missing = self.folder / f"{NAME}.gltf"
         with self.assertRaises(eikon.InputError) as caught:

@@ -9,7 +9,7 @@ import tempfile
 import weakref
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Optional, Sequence, Union
+from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, List, Optional, Sequence, Union
 
 from . import _eikon
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float32]
 
-PathLike = Union[str, "os.PathLike[str]"]
+PathLike = Union[str, bytes, "os.PathLike[str]"]
 CHANNELS = ("R", "G", "B")  # that are shown
 LETTERS = "RGBAXYZUV"  # of channels, in the order in which they stand in arrays
 
@@ -92,7 +92,7 @@ class Picture:
 
     def __init__(self, path: PathLike, folder: Optional[TemporaryFolder] = None):
         file = _eikon.read_exr(encoded(path))
-        self.path = Path(path)
+        self.path = Path(os.fsdecode(path))
         self._folder = folder  # which holds the file, if it is not the user's
         self.metadata: Dict[str, str] = file["metadata"]
         self._planes: Dict[str, Array] = file["planes"]
@@ -142,11 +142,12 @@ class Picture:
         """
         if ev100 is not None and exposure != 0:
             raise _eikon.UsageError("save: exposure and ev100 exclude each other")
-        ending = Path(path).suffix.lower()
+        path = Path(os.fsdecode(path))
+        ending = path.suffix.lower()
         if ending == ".png":
             _eikon.write_png(encoded(path), self._shown(), exposure, ev100, tonemap)
         elif ending == ".exr":
-            copy_whole(self.path, Path(path))
+            copy_whole(self.path, path)
         else:
             raise _eikon.UsageError(f"save: cannot tell the format of '{shown(path)}'; end it in .exr or .png")
 
@@ -189,17 +190,22 @@ class TemporaryFolder:
         self.remove = weakref.finalize(self, shutil.rmtree, self.path, ignore_errors=True)
 
 
-def copy_whole(source: Path, target: Path) -> None:
-    """Copies a file, which appears complete or not at all. raises InputError"""
+def write_whole(target: Path, write: Callable[[Path], Any]) -> None:
+    """Lets `write` write a file, which appears complete or not at all. raises InputError"""
     temporary = target.with_name(f".{target.name}.{os.getpid()}.tmp")
     try:
         try:
-            shutil.copyfile(source, temporary)
+            write(temporary)
             os.replace(temporary, target)
         finally:
             temporary.unlink(missing_ok=True)
     except OSError as error:
         raise _eikon.InputError(f"cannot write \"{shown(target)}\": {error.strerror}") from None
+
+
+def copy_whole(source: Path, target: Path) -> None:
+    """Copies a file by write_whole. raises InputError"""
+    write_whole(target, lambda temporary: shutil.copyfile(source, temporary))
 
 
 def read(path: PathLike) -> Picture:
@@ -211,7 +217,7 @@ def planes_of(picture: Any) -> Dict[str, Array]:
     """R, G, B of a picture, of a file, or of an array of shape (height, width, 3)."""
     import numpy as np
 
-    if isinstance(picture, (str, os.PathLike)):
+    if isinstance(picture, (str, bytes, os.PathLike)):
         picture = read(picture)
     if isinstance(picture, Picture):
         return {c: picture._planes[c] for c in "RGB" if c in picture._planes}

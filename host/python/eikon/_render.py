@@ -84,7 +84,7 @@ def text_of(flag: str, value: Any) -> str:
     """A value as the command line has it: numbers so that they read back to the bit, tuples with separators."""
     if isinstance(value, bool):
         return "on" if value else "off"
-    if isinstance(value, (str, os.PathLike)):
+    if isinstance(value, (str, bytes, os.PathLike)):
         return os.fsdecode(value)
     if hasattr(value, "tolist"):
         value = value.tolist()
@@ -102,6 +102,13 @@ def named(key: str, text: str) -> str:
     if text == "-":
         raise _eikon.UsageError(f"{key}: standard output belongs to Python; name a file")
     return text
+
+
+def file_of(key: str, value: Any) -> str:
+    """The name of a file that a keyword gives. raises UsageError"""
+    if not isinstance(value, (str, bytes, os.PathLike)):
+        raise _eikon.UsageError(f"{key}: takes the name of a file, not {type(value).__name__}")
+    return named(key, os.fsdecode(value))
 
 
 @functools.lru_cache(maxsize=None)
@@ -206,10 +213,12 @@ def render(scene: SceneLike, *, spp: Optional[int] = None, size: Optional[Tuple[
     wrong = NOT_HERE.intersection(flags)
     if wrong:
         raise _eikon.UsageError(f"render: takes no '{min(wrong)}' in Python; `eikon render` does")
+    if not (progress is None or callable(progress)):
+        raise _eikon.UsageError(f"progress: takes a function, not {type(progress).__name__}")
     folder = TemporaryFolder()
     file = folder.path / "render.exr"
     # The program gets the names that the user gives, so that its checks before the render hold for them.
-    output, stats = (default if flags.get(key) is None else flags[key]
+    output, stats = (default if flags.get(key) is None else file_of(key, flags[key])
                      for key, default in (("output", file), ("stats", folder.path / "stats.json")))
     flags.update(output=output, stats=stats, spp=spp, size=size, fov=fov, look_at=look_at, env=env, aov=aov, samples=samples,
                  crop=crop, seed=seed, target_error=target_error, time=time, devices=devices)
@@ -232,8 +241,10 @@ def merge(parts: Sequence[Union[Picture, PathLike]], output: Optional[PathLike] 
     warns   when samples between those of the parts are missing
     raises  InputError when the parts are not of one image, or hold a sample twice
     """
+    if isinstance(parts, (str, bytes, os.PathLike, Picture)):
+        raise _eikon.UsageError("merge: takes a list of parts; put a single one in brackets")
     folder = TemporaryFolder() if output is None else None
-    file = folder.path / "merged.exr" if folder else Path(named("output", os.fspath(output or "")))
+    file = folder.path / "merged.exr" if folder else Path(file_of("output", output))
     files = [os.fsdecode(part.path if isinstance(part, Picture) else part) for part in parts]
     words = [*files, f"--output={file}", "--quiet", *words_of("merge", flags)]
     if _eikon.merge([encoded(word) for word in words]) != 0:

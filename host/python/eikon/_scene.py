@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Dict, List, Optional, Sequence, Union
 
 from . import _eikon
+from ._picture import shown, write_whole
 
 if TYPE_CHECKING:
     import numpy as np
@@ -166,8 +167,12 @@ class Scene:
         return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
 
     def save(self, path: Union[str, "os.PathLike[str]"]) -> None:
-        """Writes the scene as a .glb file."""
-        Path(path).write_bytes(self.to_glb())
+        """Writes the scene as a .glb file. raises UsageError for another ending, InputError when the file cannot be written"""
+        target = Path(os.fsdecode(path))
+        if target.suffix.lower() != ".glb":
+            raise _eikon.UsageError(f"save: a scene is written as a .glb file, and '{shown(target)}' is named otherwise")
+        data = self.to_glb()
+        write_whole(target, lambda temporary: temporary.write_bytes(data))
 
     def _append(self, kind: str, value: Dict[str, Any]) -> int:
         values: List[Any] = self._json.setdefault(kind, [])
@@ -183,6 +188,8 @@ class Scene:
     def _floats(self, key: str, array: ArrayLike, count: int, widths: Sequence[int]) -> int:
         import numpy as np
 
+        if np.iscomplexobj(array):
+            raise _eikon.UsageError(f"mesh: {key} has complex numbers")
         values = np.ascontiguousarray(array, "<f4")
         if values.ndim != 2 or len(values) != count or values.shape[1] not in widths:
             shapes = " or ".join(f"({count}, {width})" for width in widths)
