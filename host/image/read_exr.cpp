@@ -42,6 +42,20 @@ Metadata metadata_of(const Imf::Header& header) {
   return metadata;
 }
 
+bool has_color(const Imf::ChannelList& channels) {
+  return channels.findChannel("R") != nullptr && channels.findChannel("G") != nullptr &&
+         channels.findChannel("B") != nullptr;
+}
+
+/// The first part that has colours, or luminance. throws InputError
+int part_to_show(Reader& reader) {
+  for (int part = 0; part < reader.file().parts(); ++part) {
+    const Imf::ChannelList& channels = reader.header(part).channels();
+    if (has_color(channels) || channels.findChannel("Y") != nullptr) return part;
+  }
+  throw InputError("has neither channels R, G, B nor Y; save it as RGB");
+}
+
 }  // namespace
 
 const std::vector<float>* Image::plane(const std::string& channel) const {
@@ -83,13 +97,12 @@ Image read_exr(const std::filesystem::path& path) {
 HdrImage read_exr_rgb(const std::filesystem::path& path, std::uint64_t max_bytes) {
   return reading(path, [&] {
     Reader reader(path);
-    reader.check(0);
-    const Imf::Header& header = reader.header(0);
-    const Imf::ChannelList& channels = header.channels();
-    const bool colored = channels.findChannel("R") && channels.findChannel("G") && channels.findChannel("B");
-    if (!colored && !channels.findChannel("Y")) throw InputError("has neither channels R, G, B nor Y; save it as RGB");
+    const int number = part_to_show(reader);
+    reader.check(number);
+    const Imf::Header& header = reader.header(number);
+    const bool colored = has_color(header.channels());
     HdrImage image;
-    std::tie(image.width, image.height) = reader.size(0);
+    std::tie(image.width, image.height) = reader.size(number);
     const std::uint64_t needed = std::uint64_t{image.width} * image.height * sizeof(glm::vec3);
     if (needed > max_bytes)
       throw InputError(fmt::format("has {} x {} pixels, which need {} MB; at most {} MB are for it, scale it down",
@@ -111,7 +124,7 @@ HdrImage read_exr_rgb(const std::filesystem::path& path, std::uint64_t max_bytes
     } else {
       read_into("Y", 0);
     }
-    Imf::InputPart part(reader.file(), 0);
+    Imf::InputPart part(reader.file(), number);
     part.setFrameBuffer(buffer);
     part.readPixels(header.dataWindow().min.y, header.dataWindow().max.y);
     if (!colored)

@@ -198,7 +198,9 @@ Bytes decode_data_uri(std::string_view uri) {
   const std::string_view head = uri.substr(0, comma), text = uri.substr(comma + 1);
   const bool is_base64 =
       head.size() > kBase64.size() && equals_ignoring_case(head.substr(head.size() - kBase64.size()), kBase64);
-  return is_base64 ? decode_base64(text) : decode_percent_text(text);
+  if (!is_base64) return decode_percent_text(text);
+  // Of the alphabet, a URI may escape +, / and = [RFC 3986, section 2.2].
+  return text.find('%') != std::string_view::npos ? decode_base64(percent_decoded(text)) : decode_base64(text);
 }
 
 Container open_container(std::span<const std::byte> bytes, bool expect_glb) {

@@ -4,8 +4,12 @@
 #include <ImfEnvmap.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
+#include <ImfMultiPartOutputFile.h>
 #include <ImfOutputFile.h>
+#include <ImfOutputPart.h>
+#include <ImfPartType.h>
 #include <ImfStandardAttributes.h>
+#include <fmt/format.h>
 
 #include <array>
 #include <cmath>
@@ -90,6 +94,32 @@ TEST(EnvironmentKinds, stated_primaries_are_converted_and_said) {
   write_rgb_exr(folder / "usual.exr", 2, 1, {{1, 0, 0}, {0, 1, 0}}, usual);
   EXPECT_EQ(eikon::load_environment(folder / "usual.exr", warnings)->radiance, (Texels{{1, 0, 0}, {0, 1, 0}}));
   EXPECT_TRUE(warnings.empty());
+}
+
+TEST(EnvironmentKinds, the_first_part_with_colours_is_the_map) {
+  const TemporaryFolder folder;
+  std::vector<Imf::Header> headers(3, Imf::Header(2, 1));
+  const std::array<std::vector<const char*>, 3> channels{{{"Z"}, {"R", "G", "B"}, {"R", "G", "B"}}};
+  for (std::size_t part = 0; part < 3; ++part) {
+    headers[part].setName(fmt::format("part {}", part));
+    headers[part].setType(Imf::SCANLINEIMAGE);
+    for (const char* name : channels[part]) headers[part].channels().insert(name, Imf::Channel(Imf::FLOAT));
+  }
+  {
+    Imf::MultiPartOutputFile file((folder / "parts.exr").c_str(), headers.data(), 3);
+    for (std::size_t part = 0; part < 3; ++part) {
+      std::vector<float> values(6, static_cast<float>(part));
+      Imf::FrameBuffer buffer;
+      for (std::size_t c = 0; c < channels[part].size(); ++c)
+        buffer.insert(channels[part][c], Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(&values[2 * c]), sizeof(float),
+                                                    2 * sizeof(float)));
+      Imf::OutputPart output(file, static_cast<int>(part));
+      output.setFrameBuffer(buffer);
+      output.writePixels(1);
+    }
+  }
+  std::vector<std::string> warnings;
+  EXPECT_EQ(eikon::load_environment(folder / "parts.exr", warnings)->radiance, (Texels{glm::vec3(1), glm::vec3(1)}));
 }
 
 // A colour for each direction, so that a face in a wrong place or turned shows.

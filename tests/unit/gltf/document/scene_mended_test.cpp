@@ -81,6 +81,18 @@ TEST(SceneMended, data_uris_may_be_in_capitals_and_without_base64) {
   expect_clean_triangle(builder.load());
 }
 
+TEST(SceneMended, base64_may_have_its_signs_escaped) {
+  Builder builder;
+  std::string escaped;
+  for (const char c : base64(builder.buffer + "\xfb\xff\xfe")) {
+    const bool is_sign = c == '+' || c == '/' || c == '=';
+    escaped += is_sign ? fmt::format("%{:02X}", static_cast<unsigned char>(c)) : std::string(1, c);
+  }
+  EXPECT_NE(escaped.find('%'), std::string::npos);
+  builder.json["buffers"] = buffer_with(builder, "data:application/octet-stream;base64," + escaped);
+  expect_clean_triangle(builder.load());
+}
+
 TEST(SceneMended, paths_may_go_up_and_come_back) {
   const TemporaryFolder folder;
   Builder builder;
