@@ -69,6 +69,8 @@ def run_eikon(arguments, path, folder, seed):
         command += ["--env", arguments.env]
     if arguments.max_depth > 0:
         command += ["--max-depth", arguments.max_depth]
+    if arguments.light_paths:
+        command += ["--light-paths", arguments.light_paths]
     if arguments.threads:
         command += ["--threads", arguments.threads]
     done = subprocess.run([str(word) for word in command], stdout=subprocess.DEVNULL)
@@ -137,6 +139,8 @@ def main():
     parser.add_argument("--size", type=runner.parse_size, default=(360, 360), metavar="WxH")
     parser.add_argument("--spp", type=int, default=64, help="samples per pixel of a round (default 64)")
     parser.add_argument("--max-depth", type=int, default=-1, help="path edges; -1: no limit (default)")
+    parser.add_argument("--light-paths", metavar="NAME", help="of eikon; off for scenes where glass or a mirror reflects a sun or a "
+                        "point light, whose caustics paths from the camera, and so Mitsuba's, cannot find")
     parser.add_argument("--env", metavar="R,G,B|FILE", help="replaces the file's environment")
     parser.add_argument("--rounds", type=int, default=5, help="counted rounds after one that warms both up (default 5)")
     parser.add_argument("--tolerance", type=float, help="relative difference of a block that is forgiven")
