@@ -55,10 +55,14 @@ struct ViewDenoiser::Work {
       busy = false;
       if (lost) lost_thread_ended();
       if (over) return;
-      if (!wrong.empty())
-        problem(wrong);
-      else if (job.number == forgotten)
-        job.done(job.picture);
+      try {
+        if (!wrong.empty())
+          problem(wrong);
+        else if (job.number == forgotten)
+          job.done(job.picture);
+      } catch (const std::exception&) {
+        // There is no memory to show it; the next picture is tried again.
+      }
     }
   }
 
