@@ -25,6 +25,8 @@ constexpr Property kProperties[] = {
     {"/nodes/*/scale", 3},
     {"/nodes/*/weights", 0},
     {"/meshes/*/weights", 0},
+    {"/nodes/*/weights/*"},
+    {"/meshes/*/weights/*"},
     {"/nodes/*/extensions/KHR_node_visibility/visible", 1, truth},
     {"/cameras/*/perspective/yfov", 1, numbers, kTiny, kWidestFov},
     {"/cameras/*/perspective/aspectRatio", 1, numbers, kLeastAspect, kMostAspect},
@@ -98,6 +100,19 @@ Json* child_of(Json& owner, const std::string& name) {
   return found == owner.end() ? nullptr : &*found;
 }
 
+/// True for a pointer to the weight of one morph target, which node and mesh may lack.
+bool is_one_weight(const std::vector<std::string>& names) { return names.size() == 4 && names[2] == "weights"; }
+
+/// Gives a node or mesh that lacks weights those that count for it.
+void state_weights(Json& document, const std::string& list, std::size_t index, std::size_t count) {
+  Json& weights = document[list][index]["weights"];
+  if (weights.is_array() && weights.size() == count) return;
+  const Json* of_mesh = nullptr;
+  if (list == "nodes") of_mesh = member(document["meshes"][to_index(document[list][index]["mesh"])], "weights");
+  const bool counts = of_mesh != nullptr && of_mesh->is_array() && of_mesh->size() == count;
+  weights = counts ? Json(*of_mesh) : Json(std::vector<double>(count, 0.0));
+}
+
 /// A material may lack the object of its base, whose factors have defaults.
 bool may_be_absent(const std::string& name) { return name == "pbrMetallicRoughness"; }
 
@@ -135,6 +150,12 @@ std::optional<std::size_t> weight_count(const Json& document, std::string_view p
 
 void check_pointer(const Json& document, std::string_view pointer) {
   const std::vector<std::string> names = names_of(pointer);
+  if (is_one_weight(names)) {
+    const auto number = number_in<std::size_t>(names[3]);
+    const std::size_t count = weight_count(document, pointer).value_or(0);
+    if (number && *number < count) return;
+    throw InputError(fmt::format("{} leads to nothing: there are {} morph targets", in_quotes(pointer), count));
+  }
   Json* owner = const_cast<Json*>(&document);  // child_of changes nothing
   for (std::size_t i = 0; i + 1 < names.size(); ++i) {
     Json* const next = child_of(*owner, names[i]);
@@ -149,12 +170,14 @@ void check_pointer(const Json& document, std::string_view pointer) {
 bool write_property(Json& document, std::string_view pointer, const Property& property,
                     const std::vector<double>& value) {
   const std::vector<std::string> names = names_of(pointer);
+  if (is_one_weight(names))
+    state_weights(document, names[0], *number_in<std::size_t>(names[1]), weight_count(document, pointer).value_or(0));
   Json* owner = &document;
   for (std::size_t i = 0; i + 1 < names.size(); ++i) {
     Json* const next = child_of(*owner, names[i]);
     owner = next != nullptr ? next : &((*owner)[names[i]] = Json::object());
   }
-  Json& place = (*owner)[names.back()];
+  Json& place = owner->is_array() ? (*owner)[*number_in<std::size_t>(names.back())] : (*owner)[names.back()];
   if (property.kind == truth) {
     place = value[0] != 0;
     return true;

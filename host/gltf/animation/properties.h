@@ -27,7 +27,7 @@ struct Property {
 /// The row of the table for a pointer, or null if eikon reads no such property or cannot change it.
 [[nodiscard]] const Property* find_property(std::string_view pointer);
 
-/// The number of morph targets of which a pointer has the weights; nothing for one that leads to no mesh
+/// The number of morph targets of which a pointer has the weights, or one of them; nothing for one that leads to no mesh
 /// with targets.
 [[nodiscard]] std::optional<std::size_t> weight_count(const Json& document, std::string_view pointer);
 

@@ -135,6 +135,31 @@ TEST(AnimationPointer, weights_of_a_mesh_count_for_nodes_without_their_own) {
   EXPECT_EQ(load_at(builder, 0.5).meshes.at(0).primitives.at(0).positions_object[0].z, 2);
 }
 
+TEST(AnimationPointer, one_weight_moves_and_the_others_stay) {
+  Builder builder = requiring_pointers();
+  const std::size_t up = builder.add("VEC3", 5126, std::vector<float>{0, 0, 1, 0, 0, 1, 0, 0, 1}, 3),
+                    aside = builder.add("VEC3", 5126, std::vector<float>{1, 0, 0, 1, 0, 0, 1, 0, 0}, 3);
+  builder.primitive()["targets"] = {{{"POSITION", up}}, {{"POSITION", aside}}};
+  const auto corner = [](const Builder& of) {
+    return load_at(of, 0.5).meshes.at(0).primitives.at(0).positions_object[0];
+  };
+  const glm::vec3 rest = load_at(builder, 0).meshes.at(0).primitives.at(0).positions_object[0];
+  const scene_test::Keys keys{.times = {0, 1}, .values = {0, 4}, .type = "SCALAR"};
+  for (const char* pointer : {"/nodes/0/weights/1", "/meshes/0/weights/1"}) {
+    Builder moved = builder;
+    add_channel(moved, 0, pointer_to(pointer), keys);
+    EXPECT_EQ(corner(moved), rest + glm::vec3(2, 0, 0)) << pointer << ", neither has weights";
+    moved.json["meshes"][0]["weights"] = {3.0, 7.0};
+    EXPECT_EQ(corner(moved), rest + glm::vec3(2, 0, 3)) << pointer << ", the mesh has some";
+    if (pointer[1] == 'm') continue;
+    moved.node()["weights"] = {5.0, 7.0};
+    EXPECT_EQ(corner(moved), rest + glm::vec3(2, 0, 5)) << pointer << ", the node has some";
+  }
+  Builder wrong = builder;
+  add_channel(wrong, 0, pointer_to("/nodes/0/weights/2"), keys);
+  EXPECT_TRUE(warns(load_at(wrong, 0), "'/nodes/0/weights/2' leads to nothing: there are 2 morph targets"));
+}
+
 TEST(AnimationPointer, the_same_place_by_a_pointer_and_a_path_is_the_same_target) {
   Builder builder = requiring_pointers();
   add_channel(builder, 0, target_of(0, "translation"), {.times = {0, 1}, .values = {1, 0, 0, 1, 0, 0}});
