@@ -53,10 +53,11 @@ EK_FN vi is_above_coat(MaterialLanes m, v3 wi_local, vf cos_i) {
 #endif
 }
 
-/// side_factor of the coat; 1 where the coat follows its material. cos_i: as of is_above_coat
+/// side_factor of the coat; 1 where the coat follows its material. The coat's own alpha is the share of the terminator, as in
+/// terminator_share for metal. cos_i: as of is_above_coat
 EK_FN vf coat_side(MaterialLanes m, Coat k, v3 wi_local, vf cos_i) {
 #if EK_HAS_clearcoat_normal
-  return side_factor(dot3(m.n_geom, wi_local), cos_i, dot3(m.n_geom, k.basis.z), terminator_share(m));
+  return side_factor(dot3(m.n_geom, wi_local), cos_i, dot3(m.n_geom, k.basis.z), k.alpha.y);
 #else
   return (vf)(1.0f);
 #endif

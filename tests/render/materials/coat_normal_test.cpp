@@ -55,6 +55,16 @@ TEST(CoatNormals, a_mirror_coat_reflects_alike_however_the_base_leans) {
     }
 }
 
+TEST(CoatNormals, a_mirror_coat_of_a_leaning_map_loses_nothing_to_the_terminator) {
+  for (const double tilt : {10.0, 25.0}) {  // away from the view, so that what it reflects leaves near the horizon
+    auto [scene, settings] = coated_floor(coated(0, 0), 30, 256);
+    scene.materials[0].clearcoat_normal_texture = add_leaning_map(scene, -tilt);
+    settings.environment.radiance = glm::vec3(1);
+    const MeanAndError seen = mean_of(film_of(scene, settings));
+    EXPECT_NEAR(seen.mean, coat_reflectance(std::cos((30 + tilt) * kPi / 180)), 4 * seen.sigma + 3e-4) << tilt;
+  }
+}
+
 /// Radiance towards the normal of a rough coat under a distant light of irradiance 1 across its rays. [Walter et al. 2007]
 double rough_coat_radiance(double alpha, double light_deg) {
   const double a2 = alpha * alpha, cos_i = std::cos(light_deg * kPi / 180), cos_h = std::cos(light_deg * kPi / 360);
