@@ -33,6 +33,7 @@ MATERIALS = [
     {"KHR_materials_iridescence": {"iridescenceFactor": 1, "iridescenceTexture": TEXTURE, "iridescenceThicknessTexture": TEXTURE},
      "KHR_materials_specular": {"specularTexture": TEXTURE, "specularColorTexture": TEXTURE}},
     {"KHR_materials_transmission": {"transmissionFactor": 0.9, "transmissionTexture": TEXTURE},
+     "KHR_materials_specular": {"specularFactor": 0.5},
      "KHR_materials_volume": {"thicknessFactor": 1, "attenuationDistance": 1, "attenuationColor": [0.5, 0.8, 0.9]},
      "KHR_materials_dispersion": {"dispersion": 1}},
     {"KHR_materials_diffuse_transmission": {"diffuseTransmissionFactor": 0.5, "diffuseTransmissionTexture": TEXTURE,
