@@ -71,16 +71,26 @@ def list_lines(eikon, text, folder):
     return [json.loads(line) for line in run.stdout.splitlines()]
 
 
+def name_of(output, names):
+    """A name for the files of an output in the farm's folder, which no other one has. names: those so far; it is added"""
+    stem = re.sub(r"[^A-Za-z0-9._-]", "_", pathlib.PurePath(output).stem)[:60]
+    stem = stem if stem.strip(".") else "image"
+    own, number = stem, 1
+    while own in names:
+        number += 1
+        own = f"{stem}-{number}"
+    names.add(own)
+    return own
+
+
 def read_jobs(eikon, text, folder, name):
     """The jobs of a text. Nothing is submitted where one is wrong."""
-    jobs, names = [], {}
+    jobs, names = [], set()
     for entry in list_lines(eikon, text, folder):
         if entry["error"]:
             code = errors.INPUT if "scene" in entry else errors.USAGE
             raise errors.FarmError(f"{name}:{entry['line']}: {entry['error']}; nothing was submitted", code)
-        own = re.sub(r"[^A-Za-z0-9._-]", "_", pathlib.PurePath(entry["output"]).stem)[:60] or "image"
-        names[own] = names.get(own, 0) + 1
-        own += f"-{names[own]}" if names[own] > 1 else ""
+        own = name_of(entry["output"], names)
         jobs.append(Job(line=entry["line"], name=own, words=entry["words"], part=entry["part"], samples=entry["samples"],
                         output=entry["output"], key=entry["key"], scene=entry["scene"], size=entry["size"],
                         open_ended=entry["open_ended"]))
