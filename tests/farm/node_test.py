@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What every node runs before a task, the merges, and the arrays that Slurm is asked for, without a cluster: a shell script is in
 the place of eikon. The argument, the real one, is not used."""
+import json
 import os
 import pathlib
 import subprocess
@@ -138,19 +139,28 @@ class MergeScript(Place):
 class MarksOfATask(Place):
     """A task marks the parts that its ledger calls done, by the last that is said of each."""
 
-    def test_only_what_is_done_is_marked(self):
+    def marked(self, above):
+        """Which parts are marked where the jobs name them by a path that begins so."""
         self.eikon('cat > /dev/null; exit 1')
         names = [f"parts/box/{number:08d}-{number + 1:08d}.exr" for number in range(4)]
         said = [(0, "started"), (0, "done"), (1, "interrupted"), (2, "done"), (2, "started"), (2, "failed")]
-        (self.path / "tasks/r0-00000.ledger").write_text("".join(
-            f'{{"job":"render -o {names[at]} --quiet","outputs":[{{"bytes":1,"path":"{names[at]}"}}],"seconds":1.0,"state":"{state}"}}\n'
-            for at, state in said))
+        (self.path / "tasks/r0-00000.ledger").write_text("".join(json.dumps(
+            {"job": f"render -o {above}{names[at]} --quiet", "outputs": [{"bytes": 1, "path": above + names[at]}], "seconds": 1.0,
+             "state": state}, separators=(",", ":")) + "\n" for at, state in said))
         (self.path / "tasks/r0-00000.txt").write_text("".join(f"render --output={name} --quiet\n" for name in names))
         for name in names:
             (self.path / f"{name}.done").touch()
         (self.path / "node.sh").write_text("fail() { exit 3; }\n")
         self.run_script("name=r0-00000\n" + scripts.run_lines("--quiet"))
-        self.assertEqual([name for name in names if (self.path / f"{name}.done").exists()], names[:1])
+        return [number for number, name in enumerate(names) if (self.path / f"{name}.done").exists()]
+
+    def test_only_what_is_done_is_marked(self):
+        self.assertEqual(self.marked(""), [0])
+        self.assertEqual(self.marked("/scenes/box.farm/"), [0])
+
+    def test_a_path_that_json_writes_otherwise_is_marked_too(self):
+        self.assertEqual(self.marked('/my "best"/box.farm/'), [0])
+        self.assertEqual(self.marked("a\\b\\/box.farm/"), [0])
 
 
 class Arrays(Place):

@@ -146,7 +146,8 @@ stamp "ready"
 # file FILE.done beside it.
 PART='parts/[A-Za-z0-9._-]+/[0-9]+-[0-9]+\.exr'
 mark_done() {
-  sed -nE 's|.*"path":"([^"]*/)?('"$PART"')".*"state":"([a-z]+)".*|\2 \3|p' "$farm/tasks/$name.ledger" | while read -r part state; do
+  # The farm's path may have what JSON writes behind a backslash.
+  sed -nE 's#.*"path":"(([^"\\]|\\.)*/)?('"$PART"')".*"state":"([a-z]+)".*#\3 \4#p' "$farm/tasks/$name.ledger" | while read -r part state; do
     if [ "$state" = done ]; then echo > "$farm/$part.done"; else rm -f "$farm/$part.done"; fi
   done
 }
