@@ -9,7 +9,7 @@ import subprocess
 import sys
 import tarfile
 import tempfile
-import types
+import time
 import unittest
 import unittest.mock
 
@@ -161,6 +161,51 @@ class MarksOfATask(Place):
     def test_a_path_that_json_writes_otherwise_is_marked_too(self):
         self.assertEqual(self.marked('/my "best"/box.farm/'), [0])
         self.assertEqual(self.marked("a\\b\\/box.farm/"), [0])
+
+
+class EndOfATask(Place):
+    """TERM comes again and again when a task is cancelled."""
+
+    def test_eikon_is_told_once_and_its_parts_are_marked(self):
+        part = "parts/box/00000000-00000001.exr"
+        entry = json.dumps({"outputs": [{"path": part}], "state": "done"}, separators=(",", ":"))
+        # Like eikon, it saves when it is told to end, and saves nothing when it is told once more.
+        self.eikon(f"""told=0
+trap 'told=$((told + 1)); echo "told $told"' TERM
+echo begun > "{self.path}/begun"
+while [ $told = 0 ]; do sleep 0.05; done
+for i in $(seq 30); do sleep 0.05; done
+[ $told = 1 ] && echo '{entry}' >> "{self.path}/tasks/r0-00000.ledger"
+exit 143""")
+        (self.path / "tasks/r0-00000.txt").write_text(f"render --output={part} --quiet\n")
+        (self.path / "node.sh").write_text("fail() { exit 3; }\n")
+        # Marking takes a moment, in which TERM comes once more.
+        (self.path / "sed").write_text('#!/bin/bash\nsleep 0.5; PATH="${PATH#*:}"; exec sed "$@"\n')
+        (self.path / "sed").chmod(0o755)
+        text = (f'farm={self.path}; base={self.path}; eikon="$farm/eikon"; PATH="$farm:$PATH"; name=r0-00000\n'
+                + scripts.run_lines("--quiet"))
+        with subprocess.Popen(["bash", "-c", text], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
+            while not (self.path / "begun").exists():
+                time.sleep(0.02)
+            while process.poll() is None:
+                process.terminate()
+                time.sleep(0.2)
+            said = process.stdout.read()
+        self.assertEqual(said.count("told"), 1, said)
+        self.assertTrue((self.path / f"{part}.done").exists(), said)
+
+
+class Cancel(unittest.TestCase):
+    """What Slurm is told when tasks are cancelled."""
+
+    def test_term_is_sent_again_until_the_tasks_are_over(self):
+        asked, queue = [], [{("7", 0): ("RUNNING", "n1", "")}] * 4 + [{}]
+        with unittest.mock.patch.object(slurm, "states", lambda _: queue.pop(0) if len(queue) > 1 else queue[0]), \
+                unittest.mock.patch.object(slurm, "REPEAT_TERM_S", 0.3), \
+                unittest.mock.patch.object(slurm.subprocess, "run", lambda words, **_: asked.append(" ".join(words))):
+            slurm.cancel(["7"])
+        self.assertGreaterEqual(asked.count("scancel --batch --signal=TERM --state=RUNNING 7"), 2)
+        self.assertEqual((asked[0], asked[-1]), ("scancel --state=PENDING 7", "scancel 7"))
 
 
 class Arrays(Place):

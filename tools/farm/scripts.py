@@ -133,9 +133,11 @@ exit $code
 # Runs the lines of task $name, and sets `code`.
 RUN = r"""# Shortly before the time limit comes USR1: eikon saves, and the task is queued again. TERM, which comes before a task is
 # cancelled or preempted, saves too. What SIGKILL ends continues from its last checkpoint.
-requeue= child= code=143
-trap 'if [ -z "$requeue" ]; then requeue=1; [ -z "$child" ] || kill -TERM $child; fi' USR1
-trap '[ -n "$child" ] || exit 143; kill -TERM $child' TERM INT
+# Only the first TERM is passed on: a second one ends eikon at once, without its picture.
+requeue= ended= stopping= ready= child= told= code=143
+stop() { stopping=1; if [ -n "$child" ] && [ -z "$told" ]; then told=1; kill -TERM $child; fi; }
+trap 'requeue=1; stop' USR1
+trap 'ended=1; stop; [ -n "$ready" ] || exit 143' TERM INT
 source "$farm/node.sh"
 cd "$base" || fail "cannot enter $base"
 # A moment for the log, and the processor's seconds until then.
@@ -153,12 +155,13 @@ mark_done() {
 }
 grep -oE "$PART" "$farm/tasks/$name.txt" | while read -r part; do rm -f "$farm/$part.done"; done
 
-tries=0
-while [ -z "$requeue" ]; do
+tries=0 ready=1
+while [ -z "$stopping" ]; do
   tries=$((tries + 1))
+  child= told=
   "$eikon" batch - --ledger "$farm/tasks/$name.ledger" {progress} < "$farm/tasks/$name.txt" &
   child=$!
-  [ -z "$requeue" ] || kill -TERM $child
+  [ -z "$stopping" ] || stop
   wait $child; code=$?
   while kill -0 $child 2> /dev/null; do wait $child; code=$?; done
   if [ $code = 143 ] || [ $code = 130 ]; then break; fi
@@ -170,10 +173,11 @@ while [ -z "$requeue" ]; do
   echo "eikon-farm: exit code $code at try $tries of $most; once more"
   sleep $tries
 done
-trap - TERM INT
 trap '' USR1  # merging takes the rest of the time
+trap '' TERM INT
 stamp "rendered"
 mark_done
+[ -n "$ended" ] || trap - TERM INT  # who has ended the task may say so again
 if [ $code = 0 ]; then
   while read -r checkpoint; do rm -f "$checkpoint"; done < "$farm/tasks/$name.checkpoints"
   # The task that has the last part of an image merges it, so that no image waits for the tasks of others.

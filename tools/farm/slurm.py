@@ -11,6 +11,8 @@ from . import errors
 
 ACTIVE = {"PENDING", "RUNNING", "SUSPENDED", "COMPLETING", "CONFIGURING", "REQUEUED", "STOPPED", "SIGNALING"}
 
+REPEAT_TERM_S = 1
+
 
 def run(*command, text=None):
     """What a command prints; a FarmError with its message if it fails."""
@@ -103,10 +105,15 @@ def cancel(numbers, seconds=30):
     """Cancels jobs, which have so many seconds to save; those that are over do not matter."""
     if not numbers:
         return
-    # First what waits: it would start when the others end. The script of a task passes TERM on, so that eikon saves.
-    for words in (["--state=PENDING"], ["--batch", "--signal=TERM", "--state=RUNNING"]):
-        subprocess.run(["scancel", *words, *numbers], capture_output=True, check=False)
-    end = time.monotonic() + seconds
-    while time.monotonic() < end and any(state[0] in ACTIVE for state in states(numbers).values()):
+    end, again = time.monotonic() + seconds, 0.0
+    while (now := time.monotonic()) < end:
+        if now >= again:
+            # First what waits: it would start when the others end. The script of a task passes the first TERM on, so that eikon
+            # saves. Slurm calls a task running before its script is there, and what is sent then is lost, so it is sent again.
+            for words in (["--state=PENDING"], ["--batch", "--signal=TERM", "--state=RUNNING"]):
+                subprocess.run(["scancel", *words, *numbers], capture_output=True, check=False)
+            again = now + REPEAT_TERM_S
+        if not any(state[0] in ACTIVE for state in states(numbers).values()):
+            break
         time.sleep(0.2)
     subprocess.run(["scancel", *numbers], capture_output=True, check=False)
