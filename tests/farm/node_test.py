@@ -127,6 +127,20 @@ class MergeScript(Place):
         self.assertEqual(self.merge(), (0, 2))
         self.assertIn("--png box.png", (self.path / "log").read_text())
 
+    def test_results_that_are_gone_or_cut_off_are_written_again(self):
+        self.eikon('echo run >> "$farm_log"; echo picture > box.exr; echo smaller > "my box.png"')
+        self.job.results = ["box.exr", "my box.png"]
+        self.assertEqual(self.merge(), (0, 1))
+        self.assertTrue(merging.is_written(self.farm, self.job))
+        (self.path / "my box.png").unlink()
+        self.assertFalse(merging.is_written(self.farm, self.job))
+        self.assertEqual(self.merge(), (0, 2))
+        self.assertTrue(merging.is_written(self.farm, self.job))
+        (self.path / "box.exr").write_text("pict")
+        self.assertFalse(merging.is_written(self.farm, self.job))
+        self.assertEqual(self.merge(), (0, 3))
+        self.assertEqual(self.merge(), (0, 3), "it was merged twice")
+
     def test_a_part_that_was_rendered_again_is_merged_again(self):
         self.assertEqual(self.merge(), (0, 1))
         part = self.path / merging.part_files(self.farm, self.job)[0]

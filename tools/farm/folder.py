@@ -7,7 +7,7 @@ parts, merges and logs. Everything is text that one can read, and the ledgers ar
     tasks/*.ledger      what became of the lines
     tasks/*.merges      the merges that may be due when the task ends
     parts/NAME/         samples of an image, until they are merged. Beside each file that may be merged stands FILE.done, and
-                        picture.done says which merge has written the picture
+                        picture.done says which merge has written the picture, and how large its files are
     merges/*.sh         merges of parts and of merges; the last one of an image writes what the job asks for
     merges/r0-1.txt     those of a level, which a round does when its tasks are over
     pilots/             what the first task of an image learned of its light (eikon render --pilot), for the others

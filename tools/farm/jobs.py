@@ -40,6 +40,7 @@ class Job:
     size: list = None
     open_ended: bool = False
     parts: list = dataclasses.field(default_factory=list)  # ranges of samples; empty: rendered in one piece
+    results: list = dataclasses.field(default_factory=list)  # all files that it writes, the output is the first
 
     @property
     def pixels(self):
@@ -93,7 +94,7 @@ def read_jobs(eikon, text, folder, name):
         own = name_of(entry["output"], names)
         jobs.append(Job(line=entry["line"], name=own, words=entry["words"], part=entry["part"], samples=entry["samples"],
                         output=entry["output"], key=entry["key"], scene=entry["scene"], size=entry["size"],
-                        open_ended=entry["open_ended"]))
+                        open_ended=entry["open_ended"], results=entry["results"]))
     if not jobs:
         raise errors.FarmError(f"{name}: there is no job in it; nothing was submitted", errors.USAGE)
     return jobs

@@ -57,12 +57,12 @@ def text_of(farm, job, merges, level, number):
 
 
 def is_written(farm, job):
-    """Whether the picture of a job in parts is there, made by the last merge as it is now, and not before a part."""
+    """Whether all that a job in parts writes is there as the last merge, as it is now, has left it, and not before a part."""
     merges, mark = tree(farm, job), scripts.done_mark(farm, job, job.output)
     try:
-        key = pathlib.Path(farm.base, mark).read_text().strip()
-        return (key == scripts.key_of(text_of(farm, job, merges, len(merges) - 1, 0))
-                and os.path.getsize(os.path.join(farm.base, job.output)) > 0
+        sizes = [f"{os.path.getsize(os.path.join(farm.base, name))} {name}" for name in scripts.results_of(job, job.output)]
+        key = scripts.key_of(text_of(farm, job, merges, len(merges) - 1, 0))
+        return (pathlib.Path(farm.base, mark).read_text() == "".join(line + "\n" for line in [key, *sizes])
                 and all(newer(farm, mark, name) for name in part_files(farm, job)))
     except OSError:
         return False

@@ -209,8 +209,10 @@ ONE_MERGE = r"""
 inputs=({inputs})
 output={output}
 lock={lock}
-mark={mark}  # says which merge has written the output
+mark={mark}  # says which merge has written the results, and how large they are
 key={key}
+results=({results})
+written() {{ echo "$key"; stat -L -c '%s %n' -- "${{results[@]}}"; }}
 for input in "${{inputs[@]}}"; do
   if [ ! -s "$input" ] || [ ! -e "$input.done" ]; then
     [ -z "$if_ready" ] || exit 0
@@ -224,7 +226,7 @@ if [ -n "$if_ready" ]; then
   trap 'rmdir "$lock"' EXIT
 fi
 fresh=
-[ -s "$output" ] && [ "$(cat "$mark" 2> /dev/null)" = "$key" ] || fresh=1
+[ "$(written 2> /dev/null)" = "$(cat "$mark" 2> /dev/null)" ] || fresh=1
 for input in "${{inputs[@]}}"; do
   [ "$input" -nt "$mark" ] && fresh=1
 done
@@ -232,7 +234,7 @@ if [ -n "$fresh" ]; then
   # The mark has the time at which the merge began, so that an input that changes meanwhile is newer.
   rm -f "$mark" && echo "$key" > "$mark.new" || exit 1
   {command}
-  mv "$mark.new" "$mark" || exit 1
+  written > "$mark.full" && touch -r "$mark.new" "$mark.full" && mv "$mark.full" "$mark" && rm -f "$mark.new" || exit 1
 fi
 """
 
@@ -330,6 +332,11 @@ def done_mark(farm, job, output):
     return farm.inside("parts", job.name, "picture.done") if output == job.output else f"{output}.done"
 
 
+def results_of(job, output):
+    """All files that a merge writes."""
+    return job.results or [output] if output == job.output else [output]
+
+
 def key_of(text):
     """Of a merge's text: another one if it has other inputs, or writes its output otherwise."""
     return re.search(r"^key=(\w+)$", text, re.MULTILINE)[1]
@@ -341,4 +348,4 @@ def merge_text(job, about, inputs, output, mark, command):
     key = hashlib.sha256("\n".join([output, command, *inputs]).encode()).hexdigest()[:16]
     return ONE_MERGE.format(about=about, inputs="\n  ".join(["", *quoted]) + "\n", output=shlex.quote(output),
                             lock=shlex.quote(mark.removesuffix(".done") + ".lock"), mark=shlex.quote(mark), key=key,
-                            name=job.name, command=command).lstrip()
+                            results=jobs.quote(results_of(job, output)), name=job.name, command=command).lstrip()
