@@ -2,14 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the farm's folder keeps, and what the commands make of it when it was damaged, moved, or is in use: without a cluster,
 and without eikon. The argument, the real one, is not used."""
+import contextlib
+import io
+import json
 import pathlib
 import sys
+import tempfile
 import unittest
 import unittest.mock
 
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
-from farm import jobs  # noqa: E402
+from farm import commands, folder, jobs, merging, nodes, repair, slurm  # noqa: E402
 
 
 class Names(unittest.TestCase):
@@ -27,6 +31,96 @@ class Names(unittest.TestCase):
 
     def test_a_name_of_dots_is_no_folder(self):
         self.assertEqual(self.names("..exr", "...exr", "out/..exr"), ["image", "image-2", "image-3"])
+
+
+class Submitted(unittest.TestCase):
+    """A farm of one image in two parts that are done, with a script in the place of eikon. What Slurm is asked is kept."""
+
+    EIKON = """#!/bin/bash
+[ "$1" = merge ] && { echo "eikon: parts/box: it is damaged" >&2; exit 3; }
+if [ "$1 $3" = "batch --list" ]; then
+  while read -r _; do echo '{"key": "k"}'; done
+fi
+exit 0
+"""
+
+    def setUp(self):
+        kept = tempfile.TemporaryDirectory()
+        self.addCleanup(kept.cleanup)
+        self.base = pathlib.Path(kept.name).resolve() / "project"
+        self.path = self.base / "jobs.txt.farm"
+        self.path.mkdir(parents=True)
+        (self.base / "eikon").write_text(self.EIKON)
+        (self.base / "eikon").chmod(0o755)
+        (self.base / "jobs.txt").write_text("render box.gltf -o box.exr\n")
+        job = jobs.Job(1, "box", ["box.gltf", "-o", "box.exr"], ["box.gltf"], [0, 4], "box.exr", "key", "box.gltf", [4, 4],
+                       parts=[[0, 2], [2, 4]])
+        settings = {"eikon": str(self.base / "eikon"), "base": str(self.base), "file": str(self.base / "jobs.txt"), "text": "",
+                    "name": "jobs.txt", "threads": 1, "partition": "work", "account": "", "gres": "", "exclude": "", "throttle": 0,
+                    "memory_mb": 100, "minutes": 5, "signal_s": 90, "sbatch": [], "nodes": 1, "parts": 2, "lines": 1,
+                    "checkpoint_every": 0}
+        self.farm = folder.Farm(self.path, settings, [job], jobs.Measured(1.0, 1.0, 1.0, 1.0, 1, [4, 4]))
+        folder.make_folders(self.farm)
+        _, after = merging.write_merges(self.farm)
+        folder.write_tasks(self.farm, self.farm.items(), after)
+        self.parts = merging.part_files(self.farm, job)
+        for number, name in enumerate(self.parts):
+            (self.base / name).write_text(f"sums {number}")
+            entry = {"state": "done", "key": "k", "seconds": 1.0,
+                     "outputs": [{"path": name, "bytes": 6, "hash": repair.hash_of(self.base / name)}]}
+            (self.path / f"tasks/r0-{number:05d}.ledger").write_text(json.dumps(entry, separators=(",", ":")) + "\n")
+        self.farm.save()
+
+    def run_farm(self, *words):
+        """(exit code, what it printed, what it said on stderr, the scripts that were submitted with their arrays)"""
+        asked, said, wrong = [], io.StringIO(), io.StringIO()
+
+        def answer(script, *options, exports=None):
+            asked.append(" ".join([pathlib.Path(script).name, *options]))
+            return str(100 + len(asked))
+
+        with contextlib.ExitStack() as stack:
+            for name, value in (("choose_partition", lambda name: "work"), ("states", lambda numbers: {}), ("submit", answer),
+                                ("nodes", lambda *_: [("n1", True)]), ("longest_array", lambda: 1000)):
+                stack.enter_context(unittest.mock.patch.object(slurm, name, value))
+            stack.enter_context(unittest.mock.patch.object(nodes, "start", lambda farm: {}))
+            stack.enter_context(unittest.mock.patch.object(nodes, "finish", lambda *_: ([], [])))
+            stack.enter_context(unittest.mock.patch.object(jobs, "read_jobs", lambda *_: folder.load(self.path).jobs))
+            stack.enter_context(contextlib.redirect_stdout(said))
+            stack.enter_context(contextlib.redirect_stderr(wrong))
+            code = commands.main(list(map(str, words)))
+        return code, said.getvalue(), wrong.getvalue(), asked
+
+
+class Damage(Submitted):
+    """What stands in the way of a merge."""
+
+    def test_hashes_are_those_of_the_ledger(self):
+        for content, value in ((b"", "ef46db3751d8e999"), (b"abc", "44bc2cf5ad770999"),
+                               (b"Nobody inspects the spammish repetition", "fbcea83c8a378bf1"),
+                               (bytes(at * at % 251 for at in range(200013)), "e853a91d1f92ad54")):
+            (self.base / "file").write_bytes(content)
+            self.assertEqual(repair.hash_of(self.base / "file"), value)
+
+    def test_a_damaged_part_of_the_right_size_is_rendered_again(self):
+        (self.base / self.parts[1]).write_text("sums X")
+        code, said, wrong, asked = self.run_farm("resubmit", self.path)
+        self.assertEqual((code, wrong), (0, ""))
+        self.assertIn(f"{self.parts[1]} is damaged: it is rendered again\n", said)
+        self.assertIn("submitted 1 tasks of 1 parts", said)
+        self.assertEqual(asked[0], "task.sh --array=0-0")
+        self.assertIn("--samples=2:4", (self.path / "tasks/r1-00000.txt").read_text())
+        self.assertFalse((self.base / self.parts[1]).exists())
+        self.assertTrue((self.base / self.parts[0]).exists())
+
+    def test_parts_whose_task_was_killed_before_it_marked_them_are_marked(self):
+        self.run_farm("resubmit", self.path)
+        self.assertEqual([(self.base / f"{name}.done").exists() for name in self.parts], [True, True])
+
+    def test_status_shows_its_table_though_an_error_is_unknown(self):
+        code, said, wrong, _ = self.run_farm("status", self.path)
+        self.assertEqual((code, wrong), (1, ""))
+        self.assertRegex(said, r"2 done, 0 running(.|\n)*box +2 +2 +0 +0 +-\n(.|\n)*error unknown: box: parts/box: it is damaged\n$")
 
 
 if __name__ == "__main__":

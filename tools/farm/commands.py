@@ -44,17 +44,21 @@ def show_status(options):
     farm = folder.load(options.folder)
     queued = status.queued_tasks(farm)
     states = status.items_state(farm, queued)
-    errors_of = {}
+    errors_of, unknown = {}, []
     for state in states:
         if not state.item.job.parts and state.state == "done" and state.entry.get("relmse_predicted"):
             errors_of[state.item.job.name] = state.entry["relmse_predicted"]
     for job in farm.jobs if options.error else []:
         if job.parts:
-            with tempfile.TemporaryDirectory() as scratch:
-                said = merging.preview(farm, job, f"{scratch}/preview.exr", None)
-            errors_of[job.name] = merging.error_of(said)
+            try:
+                with tempfile.TemporaryDirectory() as scratch:
+                    said = merging.preview(farm, job, f"{scratch}/preview.exr", None)
+                errors_of[job.name] = merging.error_of(said)
+            except errors.FarmError as error:
+                unknown.append(f"error unknown: {job.name}: {error}")
     not_written = status.unwritten(farm, states)
     status.show(farm, queued, states, errors_of, not_written)
+    print("".join(line + "\n" for line in unknown), end="")
     return errors.NOT_AS_ASKED if status.counts(states)["failed"] or not_written else 0
 
 

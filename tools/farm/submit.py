@@ -6,7 +6,7 @@ import re
 import shlex
 import shutil
 
-from . import errors, folder, jobs, merging, nodes, policy, scripts, slurm, status
+from . import errors, folder, jobs, merging, nodes, policy, repair, scripts, slurm, status
 
 LEAST_MEMORY_MB, MEMORY_MARGIN = 400, 1.3
 
@@ -207,6 +207,7 @@ def resubmit(options):
     reread(farm)
     folder.make_folders(farm)
     states = status.items_state(farm, status.queued_tasks(farm), keyed=True)
+    repair.repair(farm, states)
     if options.exclude is None:
         avoid(farm, status.failed_on(states))
     write_scripts(farm)
