@@ -5,7 +5,10 @@ and without eikon. The argument, the real one, is not used."""
 import contextlib
 import io
 import json
+import os
 import pathlib
+import socket
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -13,7 +16,7 @@ import unittest.mock
 
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
-from farm import commands, folder, jobs, merging, nodes, repair, slurm  # noqa: E402
+from farm import commands, errors, folder, jobs, locking, merging, nodes, repair, slurm, submit  # noqa: E402
 
 
 class Names(unittest.TestCase):
@@ -121,6 +124,48 @@ class Damage(Submitted):
         code, said, wrong, _ = self.run_farm("status", self.path)
         self.assertEqual((code, wrong), (1, ""))
         self.assertRegex(said, r"2 done, 0 running(.|\n)*box +2 +2 +0 +0 +-\n(.|\n)*error unknown: box: parts/box: it is damaged\n$")
+
+
+class Locks(Submitted):
+    """Two commands at once."""
+
+    def test_of_two_resubmits_at_once_one_submits(self):
+        (self.base / self.parts[1]).unlink()
+        others, list_lines = [], jobs.list_lines
+
+        def meanwhile(*words):
+            if not others:
+                others.append(None)
+                others[0] = [self.run_farm(command, self.path) for command in ("resubmit", "cancel")]
+            return list_lines(*words)
+
+        with unittest.mock.patch.object(jobs, "list_lines", meanwhile):
+            code, said, _, _ = self.run_farm("resubmit", self.path)
+        self.assertEqual(code, 0)
+        self.assertIn("submitted 1 tasks of 1 parts", said)
+        for code, said, wrong, asked in others[0]:
+            self.assertEqual((code, said, asked), (3, "", []))
+            self.assertRegex(wrong, r"^eikon-farm: .*jobs.txt.farm: another eikon-farm, process \d+ on \S+, changes it: try again "
+                                    r"when that has ended, or remove .*/lock if there is none\n$")
+        self.assertEqual(len(folder.load(self.path).rounds), 2)
+        self.assertFalse((self.path / "lock").exists())
+
+    def test_of_two_submits_into_a_new_folder_one_is_refused(self):
+        with self.assertRaisesRegex(errors.FarmError, "jobs were submitted here already"):
+            with submit.new_folder(self.farm):
+                self.fail("it went on")
+        self.assertFalse((self.path / "lock").exists())
+
+    def test_the_lock_of_a_process_that_is_gone_is_taken_over(self):
+        over = subprocess.Popen(["true"])
+        over.wait()
+        host = socket.gethostname()
+        for holder, code in ((f"{host} {over.pid} 7\n", 0), (f"elsewhere {over.pid} 7\n", 3), (f"{host} {os.getpid()} 7\n", 0),
+                             (f"{host} {os.getpid()} {locking.began(os.getpid())}\n", 3), ("", 3)):
+            (self.path / "lock").write_text(holder)
+            self.assertEqual(self.run_farm("resubmit", self.path)[0], code, holder)
+            self.assertEqual((self.path / "lock").exists(), code == 3, holder)
+        self.assertEqual(list(self.path.glob("lock.*")), [])
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 parts, merges and logs. Everything is text that one can read, and the ledgers are those of `eikon batch`.
 
     farm.json           settings, jobs and what was submitted
+    lock                while a command changes the farm: its machine, its process, and when that began
     tasks/r0-00007.txt  the lines of a task: round 0 is the first submission, each `resubmit` makes another round
     tasks/*.ledger      what became of the lines
     tasks/*.merges      the merges that may be due when the task ends
@@ -163,19 +164,25 @@ def round_and_task(name):
     return tuple(int(number) for number in name[1:].split("-"))
 
 
+def find(path):
+    """The folder of a farm, which may be named without its .farm."""
+    path = pathlib.Path(path).resolve()
+    if not (path / "farm.json").is_file() and pathlib.Path(f"{path}.farm").is_dir():
+        path = pathlib.Path(f"{path}.farm")
+    if not (path / "farm.json").is_file():
+        raise errors.FarmError(f"{path}: no farm was submitted here: there is no farm.json")
+    return path
+
+
 def load(path):
     """Reads the folder of a farm."""
-    path = pathlib.Path(path).resolve()
-    if (path / "farm.json").is_file():
-        pass
-    elif pathlib.Path(f"{path}.farm").is_dir():
-        path = pathlib.Path(f"{path}.farm")
+    path = find(path)
     try:
         content = json.loads((path / "farm.json").read_text())
         return Farm(path, content["settings"], [jobs.Job(**job) for job in content["jobs"]],
                     jobs.Measured(**content["measured"]), rounds=content["rounds"])
     except OSError as error:
-        raise errors.FarmError(f"{path}: no farm was submitted here: {error.strerror}") from error
+        raise errors.FarmError(f"cannot read {path / 'farm.json'}: {error.strerror}") from error
     except (ValueError, KeyError, TypeError) as error:
         raise errors.FarmError(f"{path / 'farm.json'}: it is damaged; submit the jobs again: {error}") from error
 

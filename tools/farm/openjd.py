@@ -38,9 +38,11 @@ def write_template(options):
     options.nodes = options.nodes or 1
     farm = submit.read_farm(options)
     submit.measure(farm, options.measure)
-    if not options.dry_run:
-        submit.check_disk(farm)
-        folder.make_folders(farm)
+    if options.dry_run:
+        print(json.dumps(template(farm, len(folder.group(farm, farm.items())), []), indent=1))
+        return 0
+    submit.check_disk(farm)
+    with submit.new_folder(farm):
         submit.write_scripts(farm)
         for name, text in scripts.openjd_scripts(farm).items():
             folder.write(farm.path / name, text, executable=True)
@@ -49,8 +51,6 @@ def write_template(options):
         file = farm.path / "job.template.json"
         folder.write(file, json.dumps(template(farm, tasks, levels), indent=1) + "\n")
         farm.save()
-        last = f"Merge{len(levels) - 1}" if levels else "Render"
-        print(f"run it with: openjd run {file} --step {last} --run-dependencies")
-    else:
-        print(json.dumps(template(farm, len(folder.group(farm, farm.items())), []), indent=1))
+    last = f"Merge{len(levels) - 1}" if levels else "Render"
+    print(f"run it with: openjd run {file} --step {last} --run-dependencies")
     return 0

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """submit, resubmit and cancel."""
+import contextlib
 import os
 import pathlib
 import re
 import shlex
 import shutil
 
-from . import errors, folder, jobs, merging, nodes, policy, repair, scripts, slurm, status
+from . import errors, folder, jobs, locking, merging, nodes, policy, repair, scripts, slurm, status
 
 LEAST_MEMORY_MB, MEMORY_MARGIN = 400, 1.3
 
@@ -34,6 +35,22 @@ def default_folder(options, found):
     return pathlib.Path(os.path.splitext(os.path.abspath(options.input))[0] + ".farm")
 
 
+def refuse_used(path):
+    """Fails where a farm has the folder already."""
+    if (path / "farm.json").exists():
+        raise errors.FarmError(f"{path}: jobs were submitted here already: `eikon-farm resubmit {path}` renders what failed "
+                               "or changed; or choose another with --folder", errors.USAGE)
+
+
+@contextlib.contextmanager
+def new_folder(farm):
+    """Makes the folder of a new farm, and holds its lock."""
+    folder.make_folders(farm)
+    with locking.locked(farm.path):
+        refuse_used(farm.path)  # another command may have been faster
+        yield
+
+
 def read_farm(options):
     """What is to be rendered and how, before anything is measured; writes nothing."""
     options.sbatch = [word for text in options.sbatch for word in shlex.split(text)]
@@ -43,9 +60,8 @@ def read_farm(options):
     found = read_input(options)
     text, base, name, file = found
     path = default_folder(options, found)
-    if (path / "farm.json").exists() and not options.dry_run:
-        raise errors.FarmError(f"{path}: jobs were submitted here already: `eikon-farm resubmit {path}` renders what failed "
-                               "or changed; or choose another with --folder", errors.USAGE)
+    if not options.dry_run:
+        refuse_used(path)
     settings = {"eikon": eikon, "base": base, "file": file, "text": text, "name": name, "threads": options.cpus,
                 "partition": options.partition, "account": options.account, "gres": options.gres,
                 "exclude": options.exclude, "throttle": options.throttle, "memory_mb": options.mem, "minutes": options.minutes,
@@ -182,24 +198,29 @@ def submit(options):
         measure(farm, options.measure)
         print_scripts(farm)
         return 0
-    folder.make_folders(farm)
-    write_node_script(farm)
-    probes = nodes.start(farm)  # which takes its time, as does the measured run
-    measure(farm, options.measure)
-    check_disk(farm)
-    folder.make_folders(farm)
-    write_scripts(farm)
-    probed, late = nodes.finish(farm, probes, options.probe_wait)
-    print(f"{len(probed)} nodes share the folder and give the same bits"
-          + (f"; {len(late)} are busy and will be looked at before their first task" if late else ""))
-    count = submit_round(farm, farm.items())
+    with new_folder(farm):
+        write_node_script(farm)
+        probes = nodes.start(farm)  # which takes its time, as does the measured run
+        measure(farm, options.measure)
+        check_disk(farm)
+        folder.make_folders(farm)
+        write_scripts(farm)
+        probed, late = nodes.finish(farm, probes, options.probe_wait)
+        print(f"{len(probed)} nodes share the folder and give the same bits"
+              + (f"; {len(late)} are busy and will be looked at before their first task" if late else ""))
+        count = submit_round(farm, farm.items())
     print(f"submitted {count} tasks; look at them with: eikon-farm status {farm.path}")
     return 0
 
 
 def resubmit(options):
     """Submits what is neither done nor under way, or what has changed."""
-    farm = folder.load(options.folder)
+    with locking.locked(folder.find(options.folder)):
+        return resubmit_alone(options, folder.load(options.folder))
+
+
+def resubmit_alone(options, farm):
+    """Does so while no other command changes the farm."""
     for name in ("partition", "exclude", "minutes", "throttle", "mem"):
         if (value := getattr(options, name)) is not None:
             farm.settings["memory_mb" if name == "mem" else name] = value
@@ -257,10 +278,11 @@ def unmerged_jobs(farm, again, states):
 
 def cancel(options):
     """Takes everything out of the queue. What is done stays, and running tasks save first."""
-    farm = folder.load(options.folder)
-    queue = slurm.states(status.array_numbers(farm) + status.merge_numbers(farm))
-    active = sorted({number for (number, _), state in queue.items() if state[0] in slurm.ACTIVE})
-    slurm.cancel(active)
+    with locking.locked(folder.find(options.folder)):
+        farm = folder.load(options.folder)
+        queue = slurm.states(status.array_numbers(farm) + status.merge_numbers(farm))
+        active = sorted({number for (number, _), state in queue.items() if state[0] in slurm.ACTIVE})
+        slurm.cancel(active)
     print(f"cancelled {sum(1 for state in queue.values() if state[0] in slurm.ACTIVE)} tasks and merges; "
           "`eikon-farm resubmit` continues them")
     return 0
