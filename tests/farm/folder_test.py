@@ -7,6 +7,7 @@ import io
 import json
 import os
 import pathlib
+import shutil
 import socket
 import subprocess
 import sys
@@ -53,12 +54,13 @@ exit 0
         self.base = pathlib.Path(kept.name).resolve() / "project"
         self.path = self.base / "jobs.txt.farm"
         self.path.mkdir(parents=True)
-        (self.base / "eikon").write_text(self.EIKON)
-        (self.base / "eikon").chmod(0o755)
+        eikon = self.base.parent / "eikon"
+        eikon.write_text(self.EIKON)
+        eikon.chmod(0o755)
         (self.base / "jobs.txt").write_text("render box.gltf -o box.exr\n")
         job = jobs.Job(1, "box", ["box.gltf", "-o", "box.exr"], ["box.gltf"], [0, 4], "box.exr", "key", "box.gltf", [4, 4],
                        parts=[[0, 2], [2, 4]])
-        settings = {"eikon": str(self.base / "eikon"), "base": str(self.base), "file": str(self.base / "jobs.txt"), "text": "",
+        settings = {"eikon": str(eikon), "base": str(self.base), "file": str(self.base / "jobs.txt"), "text": "",
                     "name": "jobs.txt", "threads": 1, "partition": "work", "account": "", "gres": "", "exclude": "", "throttle": 0,
                     "memory_mb": 100, "minutes": 5, "signal_s": 90, "sbatch": [], "nodes": 1, "parts": 2, "lines": 1,
                     "checkpoint_every": 0}
@@ -124,6 +126,59 @@ class Damage(Submitted):
         code, said, wrong, _ = self.run_farm("status", self.path)
         self.assertEqual((code, wrong), (1, ""))
         self.assertRegex(said, r"2 done, 0 running(.|\n)*box +2 +2 +0 +0 +-\n(.|\n)*error unknown: box: parts/box: it is damaged\n$")
+
+
+class Moves(Submitted):
+    """The folder is somewhere else than it was."""
+
+    def move(self, what, to):
+        shutil.move(what, to)
+        return to
+
+    def test_what_is_done_is_known_where_all_was_moved(self):
+        (self.base / self.parts[1]).unlink()
+        self.base = self.move(self.base, self.base.parent / "elsewhere")
+        self.path = self.base / "jobs.txt.farm"
+        self.assertIn("2 parts: 1 done, 0 running, 0 waiting, 1 failed", self.run_farm("status", self.path)[1])
+        self.assertIn("submitted 1 tasks of 1 parts", self.run_farm("resubmit", self.path)[1])
+        for script in ("task.sh", "merge-0.sh"):
+            self.assertIn(f"farm={self.path}\nbase={self.base}\n", (self.path / script).read_text())
+        self.assertEqual(folder.load(self.path).settings["file"], str(self.base / "jobs.txt"))
+
+    def test_a_folder_that_was_moved_alone_is_refused(self):
+        for name in ("jobs.txt.farm", "mine.farm"):
+            (self.base.parent / "elsewhere").mkdir(exist_ok=True)
+            there = self.move(self.path, self.base.parent / "elsewhere" / name)
+            for command in ("status", "resubmit", "cancel"):
+                code, said, wrong, asked = self.run_farm(command, there)
+                self.assertEqual((code, said, asked), (3, "", []))
+                self.assertRegex(wrong, f"^eikon-farm: {there}: it was {self.path} when its jobs were submitted, .*\\n$")
+            self.move(there, self.path)
+        self.assertEqual(self.run_farm("resubmit", self.path)[0], 0)
+
+    def test_another_name_of_the_same_folder_is_no_move(self):
+        before = str(self.path)
+        self.base.rename(self.base.parent / "real")
+        self.base.symlink_to(self.base.parent / "real")
+        self.path = self.base.parent / "real/jobs.txt.farm"
+        self.assertIn("2 parts: 2 done", self.run_farm("status", self.path)[1])
+        self.assertEqual(str(folder.load(self.path).path), before)
+
+
+class Shapes(Submitted):
+    """A farm.json that no command has written."""
+
+    def test_it_is_refused_with_one_line(self):
+        whole = json.loads((self.path / "farm.json").read_text())
+        for change in ({"rounds": [5]}, {"rounds": 5}, {"rounds": [{"tasks": [], "arrays": [5], "merges": []}]}, {"settings": 5},
+                       {"rounds": [{"tasks": [], "arrays": [[7, 0, 1]], "merges": []}]}, {"jobs": [5]}, {"jobs": 5}, {"jobs": []}, {"measured": 5},
+                       {"rounds": [{"tasks": [], "arrays": [["7", "0", 1]], "merges": []}]}, {"settings": {}},
+                       {"jobs": [{**whole["jobs"][0], "parts": 5}]}, {"jobs": [{**whole["jobs"][0], "parts": [["a", "b"]]}]}):
+            (self.path / "farm.json").write_text(json.dumps({**whole, **change}))
+            for command in ("status", "cancel"):
+                code, said, wrong, _ = self.run_farm(command, self.path)
+                self.assertEqual((code, said), (3, ""), change)
+                self.assertRegex(wrong, r"^eikon-farm: .*/farm.json: it is damaged; submit the jobs again: .*\n$")
 
 
 class Locks(Submitted):

@@ -235,10 +235,10 @@ class Arrays(Place):
             asked.append([option.removeprefix("--") for option in options])
             return f"{len(asked)}"
 
+        job = jobs.Job(1, "box", [], [], [0, 1], "box.exr", "key", "box.gltf")
         farm = folder.Farm(self.path, {"throttle": throttle, "base": str(self.path), "lines": 1, "partition": "", "account": "",
                                        "threads": 1, "memory_mb": 1, "exclude": "", "sbatch": [], "eikon": "eikon"},
-                           [], jobs.Measured(1.0, 1.0, 1.0, 1.0, 1, [1, 1]))
-        job = jobs.Job(1, "box", [], [], [0, 1], "box.exr", "key", "box.gltf")
+                           [job], jobs.Measured(1.0, 1.0, 1.0, 1.0, 1, [1, 1]))
         items = [folder.Item(job, "render", f"{number}.exr", "", 1.0) for number in range(count)]
         with unittest.mock.patch.object(slurm, "longest_array", return_value=5), \
                 unittest.mock.patch.object(slurm, "submit", answer):

@@ -154,7 +154,7 @@ class Farm:
 
     def save(self):
         """Writes farm.json, whole or not at all."""
-        content = {"settings": self.settings, "jobs": [dataclasses.asdict(job) for job in self.jobs],
+        content = {"settings": {**self.settings, "folder": str(self.path)}, "jobs": [dataclasses.asdict(job) for job in self.jobs],
                    "measured": dataclasses.asdict(self.measured), "rounds": self.rounds}
         write(self.path / "farm.json", json.dumps(content, indent=1))
 
@@ -179,12 +179,43 @@ def load(path):
     path = find(path)
     try:
         content = json.loads((path / "farm.json").read_text())
-        return Farm(path, content["settings"], [jobs.Job(**job) for job in content["jobs"]],
-                    jobs.Measured(**content["measured"]), rounds=content["rounds"])
+        found = [jobs.Job(**job) for job in content["jobs"]]
+        check_shape(content["settings"], found, content["rounds"])
+        return Farm(moved(path, content["settings"], found), content["settings"], found, jobs.Measured(**content["measured"]),
+                    rounds=content["rounds"])
     except OSError as error:
         raise errors.FarmError(f"cannot read {path / 'farm.json'}: {error.strerror}") from error
     except (ValueError, KeyError, TypeError) as error:
         raise errors.FarmError(f"{path / 'farm.json'}: it is damaged; submit the jobs again: {error}") from error
+
+
+def check_shape(settings, found, rounds):
+    """Fails by a ValueError or its like where what was read is not what a command would have written."""
+    words = (*(settings[name] for name in ("eikon", "base", "partition", "exclude")),
+             *(text for job in found for text in (job.name, job.output)))
+    tasks = [output for one in rounds for outputs in one["tasks"] for output in outputs]
+    arrays = [array for one in rounds for array, _, _ in [*one["arrays"], *one["merges"]]]
+    if not found or not all(isinstance(word, str) for word in (*words, *tasks, *arrays)):
+        raise ValueError("there is no job, or a text is something else")
+    numbers = [number for one in rounds for _, *place in [*one["arrays"], *one["merges"]] for number in place]
+    if not all(isinstance(number, int) for number in (*numbers, *(end for job in found for part in job.parts for end in part))):
+        raise ValueError("a number is something else")
+
+
+def moved(path, settings, found):
+    """The path of a folder, after its settings were changed to what they are where it lies now. Fails if it was moved, and what
+    its jobs read was not."""
+    before, base = pathlib.Path(settings.get("folder") or path), settings["base"]
+    if before == path or os.path.exists(before) and os.path.samefile(before, path):
+        return before
+    below = before.relative_to(base).parts if before.is_relative_to(base) else ("..",)
+    place = pathlib.Path(*path.parts[:len(path.parts) - len(below)])
+    file = settings["file"] and place / pathlib.Path(settings["file"]).relative_to(base)
+    if path != place.joinpath(*below) or not os.path.exists(file or place / found[0].scene):
+        raise errors.FarmError(f"{path}: it was {before} when its jobs were submitted, whose paths are relative to {base}: move it "
+                               f"back, or, if it lay in there, move all of {base}")
+    settings.update(base=str(place), file=file and str(file))
+    return path
 
 
 def write(path, text, executable=False):

@@ -32,7 +32,7 @@ def default_folder(options, found):
         return pathlib.Path(options.folder).resolve()
     if found[3]:
         return pathlib.Path(found[3] + ".farm")
-    return pathlib.Path(os.path.splitext(os.path.abspath(options.input))[0] + ".farm")
+    return pathlib.Path(os.path.splitext(os.path.abspath(options.input))[0] + ".farm").resolve()
 
 
 def refuse_used(path):
