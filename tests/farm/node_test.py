@@ -81,6 +81,23 @@ class NodeScript(Place):
         self.assertIn("n2: its version is 'eikon 2', that of the other nodes is 'eikon 1'", said)
         self.assertEqual(self.look("n3", "1")[0], 0)
 
+    def test_a_program_that_was_replaced_is_looked_at_again(self):
+        self.assertEqual(self.look(version="1")[0], 0)
+        self.assertEqual(self.look(version="1")[0], 0)
+        code, said = self.look(version="10")
+        self.assertEqual(code, 3)
+        self.assertIn("n1: its version is 'eikon 10', that of the other nodes is 'eikon 1': its parts may have other bits", said)
+        self.assertEqual(self.look(version="1")[0], 0)
+
+    def test_a_node_that_is_known_is_not_looked_at_again(self):
+        self.look()
+        self.eikon('echo run >> "$farm/runs"')
+        there = self.path / "nodes/n1"
+        program = subprocess.run(["stat", "-c", "%Y-%s", self.path / "eikon"], capture_output=True, text=True, check=True).stdout
+        there.write_text("".join(line for line in there.read_text().splitlines(True) if "program" not in line) + f"program {program}")
+        self.run_script(scripts.node_script(None), SLURMD_NODENAME="n1", EIKON_NODE_CACHE=str(self.path / "cache"), farm=str(self.path))
+        self.assertFalse((self.path / "runs").exists())
+
 
 class MergeScript(Place):
     """When a merge is due, and when it is over."""

@@ -91,7 +91,7 @@ def check_alike(said):
         if len(groups) > 1:
             text = "; ".join(f"'{value}' on {', '.join(members[:4])}{' ...' if len(members) > 4 else ''}"
                              for value, members in sorted(groups.items()))
-            raise errors.FarmError(f"nodes have different {name}, whose parts cannot be merged: {text}; leave some out "
+            raise errors.FarmError(f"nodes have different {name}, whose parts may have other bits: {text}; leave some out "
                                    "with --exclude")
         if what == "version" and groups and not next(iter(groups)).startswith("eikon "):
             raise errors.FarmError(f"the nodes cannot run eikon: {next(iter(groups))}; name it by --eikon", errors.INPUT)

@@ -23,8 +23,13 @@ fail() { echo "eikon-farm: $node: $1" >&2; exit 3; }
 # The kernels are compiled once for each kind of node. Every node has its own copy on its own disk: PoCL's cache is many
 # small files, which a thousand nodes would otherwise look up, and write, over the network.
 # A task asks what its probe has written down; eikon would look for devices.
-devices=
-kind="$(sed -n 's/^kind //p' "$farm/nodes/$node" 2> /dev/null)"
+# Where the program was replaced since, nothing of that holds any more.
+devices= kind=
+program="$(stat -L -c %Y-%s "$eikon" 2> /dev/null)"
+if [ "$(sed -n 's/^program //p' "$farm/nodes/$node" 2> /dev/null)" = "$program" ]; then
+  kind="$(sed -n 's/^kind //p' "$farm/nodes/$node" 2> /dev/null)"
+fi
+known="$kind"
 if [ -z "$kind" ]; then
   devices="$("$eikon" devices 2> /dev/null)"
   kind="$(sed -n '/^[0-9]*: /p; /driver/p' <<< "$devices" | cksum | tr -d ' ')"
@@ -53,15 +58,17 @@ if [ -f "$archive" ] && [ ! -e "$unpacked" ]; then
   rm -rf "$fresh"
 fi
 
-# What the node is: its version and arithmetic decide the bits, and must be those of all others.
+# What the node is. Its version and arithmetic may decide the bits, so they must be those of all others. A merge is less strict: it
+# refuses parts of another arithmetic, or of a version that is known to render other images.
 describe_node() {
   [ -n "$devices" ] || devices="$("$eikon" devices 2> /dev/null)"
   echo "token $(cat "$farm/nodes/token" 2>/dev/null)"
   echo "version $("$eikon" --version 2>&1 | head -1)"
   echo "arithmetic $(sed -n 's/^ *arithmetic //p' <<< "$devices" | sort -u | paste -sd,)"
   echo "kind $kind"
+  echo "program $program"
 }
-if [ ! -s "$farm/nodes/$node" ]; then
+if [ -z "$known" ]; then
   described="$(describe_node)"
   echo "$described" > "$farm/nodes/$node.$$" && mv "$farm/nodes/$node.$$" "$farm/nodes/$node" ||
     fail "cannot write $farm/nodes: is the disk full, or the folder not shared?"
@@ -77,7 +84,7 @@ if [ -s "$farm/nodes/expected" ]; then
     here="$(sed -n "s/^$what //p" "$farm/nodes/$node")"
     wanted="$(sed -n "s/^$what //p" "$farm/nodes/expected")"
     [ "$what" != token ] || [ "$here" = "$wanted" ] || fail "$farm is not the folder that the jobs were submitted from"
-    [ "$here" = "$wanted" ] || fail "its $what is '$here', that of the other nodes is '$wanted'; parts of both cannot be merged"
+    [ "$here" = "$wanted" ] || fail "its $what is '$here', that of the other nodes is '$wanted': its parts may have other bits"
   done
 fi
 """
