@@ -281,7 +281,7 @@ class C_Whole(FarmTest):
         code, said, _ = farm("status", space / "half")
         self.assertEqual(code, 1)
         self.assertRegex(said, r"not written: half.exr: its parts are done, but .*; log: .*/half/logs/merge-0-00000.log")
-        self.assertIn("submitted 0 tasks", farm("resubmit", space / "half")[1])
+        self.assertIn("submitted 1 merge of 1 image; no part is to be rendered", farm("resubmit", space / "half")[1])
         wait("half")
         self.assertEqual(farm("status", space / "half")[0], 0)
 

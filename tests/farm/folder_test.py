@@ -17,7 +17,7 @@ import unittest.mock
 
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
-from farm import commands, errors, folder, jobs, locking, merging, nodes, repair, slurm, submit  # noqa: E402
+from farm import commands, errors, folder, jobs, locking, merging, nodes, openjd, repair, slurm, submit  # noqa: E402
 
 
 class Names(unittest.TestCase):
@@ -163,6 +163,32 @@ class Moves(Submitted):
         self.path = self.base.parent / "real/jobs.txt.farm"
         self.assertIn("2 parts: 2 done", self.run_farm("status", self.path)[1])
         self.assertEqual(str(folder.load(self.path).path), before)
+
+
+class Words(Submitted):
+    """What the commands say."""
+
+    def test_merges_alone_are_counted(self):
+        code, said, _, asked = self.run_farm("resubmit", self.path)
+        self.assertEqual((code, asked), (0, ["merge-0.sh --array=0-0"]))
+        self.assertIn("submitted 1 merge of 1 image; no part is to be rendered\n", said)
+        self.assertNotIn("0 tasks", said)
+
+    def test_merges_behind_tasks_are_counted(self):
+        (self.base / self.parts[1]).unlink()
+        self.assertIn("submitted 1 tasks of 1 parts; the other 1 are done or under way; 1 merge of 1 image behind them\n",
+                      self.run_farm("resubmit", self.path)[1])
+
+    def test_the_queue_of_a_template_keeps_its_logs(self):
+        self.assertRegex(self.run_farm("status", self.path)[1], r"not written: box.exr: .*; log: .*; `eikon-farm resubmit` merges")
+        (self.path / "job.template.json").touch()
+        self.assertRegex(self.run_farm("status", self.path)[1], r"not written: .*; the queue keeps its log; the template, run again, merges")
+        (self.base / self.parts[1]).unlink()
+        self.assertRegex(self.run_farm("status", self.path)[1], r"failed: .*; the queue keeps its log\n")
+
+    def test_a_template_is_named_without_braces(self):
+        self.farm.path = self.base / "a{{x}}b.farm"
+        self.assertEqual(openjd.template(self.farm, 1, [])["name"], "eikon axb")
 
 
 class Shapes(Submitted):

@@ -2,6 +2,7 @@
 """The same tasks and merges as a job template of Open Job Description [specification 2023-09], for the queues that read it.
 JSON, which every reader of templates takes."""
 import json
+import re
 
 from . import folder, merging, scripts, submit
 
@@ -27,7 +28,9 @@ def template(farm, tasks, levels):
     for one in steps:
         one["hostRequirements"] = {"amounts": [{"name": "amount.worker.memory", "min": farm.settings["memory_mb"]},
                                                {"name": "amount.worker.vcpu", "min": farm.settings["threads"] or 1}]}
-    return {"specificationVersion": "jobtemplate-2023-09", "name": f"eikon {farm.path.stem}"[:120],
+    # Braces in a name would stand for a value, and what does not print is not allowed.
+    name = re.sub(r"[{}\x00-\x1f\x7f-\x9f]+", "", farm.path.stem)
+    return {"specificationVersion": "jobtemplate-2023-09", "name": f"eikon {name}"[:120],
             "parameterDefinitions": [{"name": "Farm", "type": "PATH", "objectType": "DIRECTORY", "dataFlow": "INOUT",
                                       "default": ".", "description": "The folder that eikon-farm wrote: that of the template"}],
             "steps": steps}

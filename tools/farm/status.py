@@ -127,6 +127,21 @@ def in_words(seconds):
     return f"{int(seconds // 3600)} h {int(seconds % 3600 // 60)} min"
 
 
+def is_openjd(farm):
+    """Whether the farm is a template of Open Job Description, of which Slurm knows nothing."""
+    return (farm.path / "job.template.json").exists()
+
+
+def place_of(farm, log):
+    """Where the words of a task or a merge are to be found. log: the file that it writes under Slurm"""
+    return "the queue keeps its log" if is_openjd(farm) else f"log: {log}" if log else "it has no log"
+
+
+def again_words(farm, does):
+    """What to try."""
+    return f"the template, run again, {does}" if is_openjd(farm) else f"`eikon-farm resubmit` {does}"
+
+
 def counts(states):
     """How many items are in each state."""
     return collections.Counter(state.state for state in states)
@@ -155,9 +170,9 @@ def show(farm, queued, states, errors_of, not_written):
         print(f"Slurm lets tasks wait: {re.sub('[^ -~]', '?', reason)}")
     failed = [state for state in states if state.state == "failed"]
     for state in failed[:20]:
-        print(f"failed: {state.item.output}: {state.why}; log: {state.log}")
+        print(f"failed: {state.item.output}: {state.why}; {place_of(farm, state.log)}")
     if len(failed) > 20:
-        print(f"failed: and {len(failed) - 20} more; `eikon-farm resubmit` renders them all")
+        print(f"failed: and {len(failed) - 20} more; {again_words(farm, 'renders them all')}")
     for job in not_written[:20]:
         print(f"not written: {job.output}: its parts are done, but they were not merged into it as it is asked for now; "
-              f"log: {merging.log_of(farm, job)}; `eikon-farm resubmit` merges them again")
+              f"{place_of(farm, merging.log_of(farm, job))}; {again_words(farm, 'merges them again')}")

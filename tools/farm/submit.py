@@ -240,7 +240,13 @@ def resubmit_alone(options, farm):
     if again:
         nodes.finish(farm, nodes.start(farm), options.probe_wait)
     count = submit_round(farm, again, unmerged)
-    print(f"submitted {count} tasks of {len(again)} parts; the other {len(states) - len(again)} are done or under way")
+    merges = sum(size for _, _, size in farm.rounds[-1]["merges"])
+    behind = f"{merges} merge{'s' if merges > 1 else ''} of {len(unmerged)} image{'s' if len(unmerged) > 1 else ''}"
+    if again:
+        print(f"submitted {count} tasks of {len(again)} parts; the other {len(states) - len(again)} are done or under way"
+              + (f"; {behind} behind them" if merges else ""))
+    else:
+        print(f"submitted {behind}; no part is to be rendered")
     return 0
 
 
