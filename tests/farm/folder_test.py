@@ -3,6 +3,7 @@
 """What the farm's folder keeps, and what the commands make of it when it was damaged, moved, or is in use: without a cluster,
 and without eikon. The argument, the real one, is not used."""
 import contextlib
+import errno
 import io
 import json
 import os
@@ -235,6 +236,14 @@ class Locks(Submitted):
         with self.assertRaisesRegex(errors.FarmError, "jobs were submitted here already"):
             with submit.new_folder(self.farm):
                 self.fail("it went on")
+        self.assertFalse((self.path / "lock").exists())
+
+    def test_a_full_disk_lets_nobody_wait(self):
+        full = OSError(errno.ENOSPC, "No space left on device")
+        with unittest.mock.patch.object(locking.os, "open", side_effect=full):
+            self.assertEqual(self.run_farm("cancel", self.path)[0], 0)
+        with unittest.mock.patch.object(locking.os, "fdopen", side_effect=full):
+            self.assertEqual(self.run_farm("cancel", self.path)[0], 0)
         self.assertFalse((self.path / "lock").exists())
 
     def test_the_lock_of_a_process_that_is_gone_is_taken_over(self):

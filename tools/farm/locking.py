@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Lets one command at a time change a farm: two would each submit what the other one has submitted."""
 import contextlib
+import errno
 import os
 import pathlib
 import socket
@@ -55,6 +56,9 @@ def locked(path):
             except FileNotFoundError:
                 continue
         except OSError as error:
+            if error.errno in (errno.ENOSPC, errno.EDQUOT):
+                handle = None  # `cancel` has to work on a full disk, and nothing is submitted there
+                break
             raise errors.FarmError(f"cannot write {file}: {error.strerror}") from error
         if not is_gone(holder):
             host, process = (holder.split() + ["?", "?"])[:2]
@@ -62,10 +66,11 @@ def locked(path):
                                    f"ended, or remove {file} if there is none")
         take_over(file, holder)
     try:
-        with os.fdopen(handle, "w") as opened:
-            opened.write(own)
+        if handle is not None:
+            with contextlib.suppress(OSError), os.fdopen(handle, "w") as opened:
+                opened.write(own)
         yield
     finally:
         with contextlib.suppress(OSError):
-            if file.read_text() in ("", own):
+            if handle is not None and file.read_text() in ("", own):
                 file.unlink()
