@@ -18,7 +18,7 @@ import unittest.mock
 
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
-from farm import commands, errors, folder, jobs, locking, merging, nodes, openjd, repair, slurm, submit  # noqa: E402
+from farm import commands, errors, folder, jobs, locking, merging, nodes, openjd, slurm, submit  # noqa: E402
 
 
 class Names(unittest.TestCase):
@@ -42,6 +42,7 @@ class Submitted(unittest.TestCase):
     """A farm of one image in two parts that are done, with a script in the place of eikon. What Slurm is asked is kept."""
 
     EIKON = """#!/bin/bash
+[ "$1 $2" = "merge --quiet" ] && { [ -e "$3" ] && ! grep -q X "$3"; exit $((3 * $?)); }
 [ "$1" = merge ] && { echo "eikon: parts/box: it is damaged" >&2; exit 3; }
 if [ "$1 $3" = "batch --list" ]; then
   while read -r _; do echo '{"key": "k"}'; done
@@ -73,7 +74,7 @@ exit 0
         for number, name in enumerate(self.parts):
             (self.base / name).write_text(f"sums {number}")
             entry = {"state": "done", "key": "k", "seconds": 1.0,
-                     "outputs": [{"path": name, "bytes": 6, "hash": repair.hash_of(self.base / name)}]}
+                     "outputs": [{"path": name, "bytes": 6}]}
             (self.path / f"tasks/r0-{number:05d}.ledger").write_text(json.dumps(entry, separators=(",", ":")) + "\n")
         self.farm.save()
 
@@ -100,13 +101,6 @@ exit 0
 
 class Damage(Submitted):
     """What stands in the way of a merge."""
-
-    def test_hashes_are_those_of_the_ledger(self):
-        for content, value in ((b"", "ef46db3751d8e999"), (b"abc", "44bc2cf5ad770999"),
-                               (b"Nobody inspects the spammish repetition", "fbcea83c8a378bf1"),
-                               (bytes(at * at % 251 for at in range(200013)), "e853a91d1f92ad54")):
-            (self.base / "file").write_bytes(content)
-            self.assertEqual(repair.hash_of(self.base / "file"), value)
 
     def test_a_damaged_part_of_the_right_size_is_rendered_again(self):
         (self.base / self.parts[1]).write_text("sums X")
