@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The farm's policy, by itself and in simulated clusters of up to 10,000 nodes, and the script of a task, run without a cluster.
 Needs neither eikon nor Slurm."""
+import math
 import os
 import pathlib
 import subprocess
@@ -88,6 +89,17 @@ class Parts(unittest.TestCase):
         self.assertEqual(policy.parts_of(4096, 1000.0, 1.0, 1, 0.5), 1)
         self.assertGreater(policy.parts_of(4096, 100 * policy.LONGEST_TASK_S, 1.0, 1, 0.5), 50)
 
+    def test_nodes_go_where_the_work_is(self):
+        # One image is as large as the other 49 together.
+        counts = policy.parts_of_images([4096] * 50, [49000.0] + [1000.0] * 49, 1.0, 100, [0.1] * 50)
+        self.assertGreaterEqual(counts[0], 49)
+        self.assertEqual(policy.parts_of_images([4096] * 8, [1000.0] * 8, 1.0, 2, [0.1] * 8), [1] * 8)
+        self.assertEqual(policy.parts_of_images([4096], [1000.0], 1.0, 1, [0.1]), [1])
+
+    def test_parts_that_cost_much_leave_nodes_idle(self):
+        # Merging a part takes nearly as long as 2 s of rendering on each of 64 nodes.
+        self.assertLess(policy.parts_of(4096, 140.0, 0.1, 64, 0.5), 32)
+
     def job(self, part, size):
         return jobs.Job(line=1, name="a", words=[], part=part, samples=[0, 64], output="a.exr", key="", scene="a.gltf", size=size)
 
@@ -152,6 +164,16 @@ class Clusters(unittest.TestCase):
     def test_more_nodes_are_never_worth_it_for_nothing(self):
         rows = [{"nodes": nodes, "seconds": seconds} for nodes, seconds in ((1, 100), (2, 51), (4, 27), (8, 25), (16, 12))]
         self.assertEqual(planning.worth(rows), 4)
+
+    def test_more_nodes_are_no_slower(self):
+        few = [10 ** (at * 4.5 / 49) for at in range(50)]  # seconds of images of all sizes
+        for work in (simulate.Work(few, 3, 1.0, 10.0, 0.01), simulate.Work(few, 16, 0.4, 1.0, 0.01),
+                     simulate.Work([140.0], 450, 0.1, 0.2, 0.3), simulate.Work([8.0, 16.0, 2300.0], 5779, 4.0, 2.0, 0.8)):
+            before = math.inf
+            for power in range(9):
+                took = simulate.simulate(work, simulate.Cluster(2 ** power)).seconds
+                self.assertLess(took, 1.05 * before + 0.5, (work, 2 ** power))
+                before = took
 
     def test_the_same_seed_gives_the_same_cluster(self):
         cluster = simulate.Cluster(100, spread=0.3, failures_per_hour=3, errors=0.05, seed=7)

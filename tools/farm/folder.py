@@ -244,20 +244,15 @@ def make_folders(farm):
 
 def choose_parts(farm, asked, nodes):
     """Divides the jobs into parts: so many as are asked for, or as many as keep start-up a small part of each."""
-    for job in farm.jobs:
-        begin, end = job.samples
+    measured, samples = farm.measured, [job.samples[1] - job.samples[0] for job in farm.jobs]
+    part_s = [measured.finish_s * job.pixels / (measured.size[0] * measured.size[1]) for job in farm.jobs]
+    counts = policy.parts_of_images(samples, [measured.seconds(job) for job in farm.jobs], measured.startup_s, nodes, part_s)
+    for job, count, most in zip(farm.jobs, counts, samples):
         if job.open_ended:
             count = 1  # the render itself decides when to end, and needs all samples for that
         elif asked:
-            count = min(asked, end - begin)
-        else:
-            # Many images keep the nodes busy by themselves.
-            measured = farm.measured
-            part_s = measured.finish_s * job.pixels / (measured.size[0] * measured.size[1])
-            count = policy.parts_of(end - begin, measured.seconds(job), measured.startup_s,
-                                    max(1, nodes // len(farm.jobs)), part_s)
-            count = 1 if len(farm.jobs) >= policy.TASKS_PER_NODE * nodes else count
-        job.parts = [list(part) for part in policy.divide(begin, end, count)] if count > 1 else []
+            count = min(asked, most)
+        job.parts = [list(part) for part in policy.divide(*job.samples, count)] if count > 1 else []
 
 
 def group(farm, items):

@@ -26,27 +26,44 @@ def least_task_seconds(startup_s):
     return startup_s * (1 / STARTUP_SHARE - 1)
 
 
+def parts_of_images(samples, seconds, startup_s, nodes, part_s):
+    """Into how many parts each of several images is divided: each has nodes by its share of the work. samples, seconds, part_s:
+    lists, of each image, as parts_of takes them."""
+    total = max(sum(seconds), 1e-9)
+    counts = []
+    for of_image, work_s, each_s in zip(samples, seconds, part_s):
+        share = nodes * work_s / total
+        # Many images keep the nodes busy by themselves.
+        whole = share * TASKS_PER_NODE <= 1 + 1e-9
+        counts.append(1 if whole else parts_of(of_image, work_s, startup_s, max(1, math.ceil(share - 1e-9)), each_s))
+    return counts
+
+
 def parts_of(samples, work_s, startup_s, nodes, part_s=0.0):
     """Into how many parts an image of so many samples per pixel, that takes one node work_s of rendering, is divided.
     part_s: what each part costs beside, to be written and merged."""
     # Whole samples, so that the smallest part is large enough too.
     least = max(1, math.ceil(least_task_seconds(startup_s) * samples / max(work_s, 1e-9) - 1e-9))
     most = max(1, samples // least)
-    # A single node has nothing to even out.
-    counts = [min(most, nodes * times) for times in range(1, TASKS_PER_NODE + 1 if nodes > 1 else 2)]
-    counts = [1, *counts, min(most, max(counts[-1], math.ceil(work_s / LONGEST_TASK_S)))]
-    best = min(image_seconds(count, work_s, startup_s, nodes, part_s) for count in counts)
+    # A single node has nothing to even out. Where merging costs much, some nodes may be left without a part.
+    counts = [nodes * times for times in range(1, TASKS_PER_NODE + 1 if nodes > 1 else 2)]
+    counts += [nodes >> halvings for halvings in range(1, nodes.bit_length())]
+    counts.append(max(max(counts), math.ceil(work_s / LONGEST_TASK_S)))
+    took = {count: image_seconds(count, samples, work_s, startup_s, nodes, part_s)
+            for count in {1, *(min(most, count) for count in counts)}}
     # More parts even out the speeds of nodes, so they are taken where they cost next to nothing.
-    return max(count for count in counts if image_seconds(count, work_s, startup_s, nodes, part_s) <= 1.05 * best)
+    return max(count for count, seconds in took.items() if seconds <= 1.05 * min(took.values()))
 
 
-def image_seconds(parts, work_s, startup_s, nodes, part_s):
+def image_seconds(parts, samples, work_s, startup_s, nodes, part_s):
     """About how long one image takes on nodes that are alike."""
     if parts == 1:
         return work_s + startup_s
     rounds = math.ceil(parts / nodes)
     merges = sum(max(end - begin for begin, end in level) for level in merge_tree(parts))
-    return rounds * (work_s / parts + startup_s + part_s) + merges * part_s
+    # Parts have whole samples: some of them one more than others.
+    largest_s = math.ceil(samples / parts) / samples * work_s
+    return rounds * (largest_s + startup_s + part_s) + merges * part_s
 
 
 def divide(begin, end, parts):

@@ -83,13 +83,11 @@ class Disk:
 
 def make_tasks(work, nodes):
     """Parts and tasks, as `submit` makes them."""
-    each = max(1, nodes // len(work.images_s))
-    pieces = []
-    counts = []
-    for seconds in work.images_s:
-        count = policy.parts_of(work.samples, seconds, work.startup_s, each, work.merge_s + work.write_s)
-        counts.append(count)
-        pieces += [seconds * (end - begin) / work.samples for begin, end in policy.divide(0, work.samples, count)]
+    number = len(work.images_s)
+    counts = policy.parts_of_images([work.samples] * number, work.images_s, work.startup_s, nodes,
+                                    [work.merge_s + work.write_s] * number)
+    pieces = [seconds * (end - begin) / work.samples for seconds, count in zip(work.images_s, counts)
+              for begin, end in policy.divide(0, work.samples, count)]
     groups = policy.group(pieces, work.startup_s, nodes)
     return counts, [Task(sum(pieces[member] for member in members), len(members)) for members in groups]
 
