@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command line of eikon-farm."""
-import argparse
 import sys
 import tempfile
 
-from . import errors, folder, merging, openjd, planning, status, submit
+from . import errors, flags, folder, merging, openjd, planning, status, submit
 
 
 def add_submit(commands, name, about, run):
@@ -12,19 +11,21 @@ def add_submit(commands, name, about, run):
     parser = commands.add_parser(name, allow_abbrev=False, help=about,
                                  description="Everything that is not listed here is a flag of `eikon render` for SCENE.")
     parser.add_argument("input", metavar="JOBS.txt|SCENE", help="lines as of `eikon batch`, or a .gltf or .glb file")
-    parser.add_argument("--parts", type=int, default=0, metavar="N", help="parts of each image [by a measured run]")
-    parser.add_argument("--lines", type=int, default=0, metavar="N", help="parts and images of each task [by a measured run]")
+    parser.add_argument("--parts", type=flags.PARTS, default=0, metavar="N", help="parts of each image [by a measured run]")
+    parser.add_argument("--lines", type=flags.PARTS, default=0, metavar="N",
+                        help="parts and images of each task [by a measured run]")
     parser.add_argument("--folder", metavar="DIR", help="on a disk that all nodes share [JOBS.txt.farm, or SCENE.farm]")
     parser.add_argument("--dry-run", action="store_true", help="print the scripts, and submit nothing")
-    parser.add_argument("--cpus", type=int, default=1, metavar="N", help="threads of each task [1]")
+    parser.add_argument("--cpus", type=flags.THREADS, default=1, metavar="N", help="threads of each task [1]")
     parser.add_argument("--gres", default="", metavar="GPU", help="devices of each task, such as gpu:1")
-    parser.add_argument("--nodes", type=int, default=0, metavar="N", help="nodes to divide for [all of the partition]")
+    parser.add_argument("--nodes", type=flags.NODES, default=0, metavar="N", help="nodes to divide for [all of the partition]")
     parser.add_argument("--account", default="", metavar="NAME", help="account to charge")
-    parser.add_argument("--signal", type=int, default=90, metavar="SECONDS", help="before the limit, to save a task [90]")
+    parser.add_argument("--signal", type=flags.SIGNAL_S, default=90, metavar="SECONDS", help="before the limit, to save a task [90]")
     parser.add_argument("--sbatch", action="append", default=[], metavar="WORDS", help="more words for sbatch")
     parser.add_argument("--eikon", metavar="FILE", help="the program, at a path that all nodes have [that in PATH]")
-    parser.add_argument("--measure", type=float, default=0.1, metavar="SECONDS", help="of the measured run, about [0.1]")
-    parser.add_argument("--checkpoint-every", type=float, default=0, metavar="SECONDS", help="as of eikon render [60]")
+    parser.add_argument("--measure", type=flags.MEASURED_S, default=0.1, metavar="SECONDS", help="of the measured run, about [0.1]")
+    parser.add_argument("--checkpoint-every", type=flags.CHECKPOINT_S, default=0, metavar="SECONDS",
+                        help="as of eikon render [60]")
     add_limits(parser, "", 0)
     parser.set_defaults(run=run)
 
@@ -33,10 +34,11 @@ def add_limits(parser, none, zero):
     """Flags that `resubmit` can change."""
     parser.add_argument("--partition", default=none, metavar="NAME", help="partition [Slurm's default]")
     parser.add_argument("--exclude", default=none, metavar="NODES", help="nodes to leave out")
-    parser.add_argument("--throttle", type=int, default=zero, metavar="N", help="most tasks at a time")
-    parser.add_argument("--minutes", type=int, default=zero, metavar="N", help="limit of a task [by the measured run]")
-    parser.add_argument("--mem", type=int, default=zero, metavar="MB", help="memory of a task [by the measured run]")
-    parser.add_argument("--probe-wait", type=float, default=60, metavar="SECONDS", help="for busy nodes to say what they are [60]")
+    parser.add_argument("--throttle", type=flags.THROTTLE, default=zero, metavar="N", help="most tasks at a time")
+    parser.add_argument("--minutes", type=flags.MINUTES, default=zero, metavar="N", help="limit of a task [by the measured run]")
+    parser.add_argument("--mem", type=flags.MEGABYTES, default=zero, metavar="MB", help="memory of a task [by the measured run]")
+    parser.add_argument("--probe-wait", type=flags.WAIT_S, default=60, metavar="SECONDS",
+                        help="for busy nodes to say what they are [60]")
 
 
 def show_status(options):
@@ -78,8 +80,8 @@ def preview(options):
 
 def parser_of_all():
     """The whole command line."""
-    parser = argparse.ArgumentParser(prog="eikon-farm", description="Renders images over a cluster; tools/farm/README.md has "
-                                     "examples. Exit codes are those of eikon.")
+    parser = flags.Parser(prog="eikon-farm", description="Renders images over a cluster; tools/farm/README.md has "
+                          "examples. Exit codes are those of eikon.")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     add_submit(commands, "submit", "submit a jobs file, or one scene with flags of a render, to Slurm", submit.submit)
     add_submit(commands, "openjd", "write the same as a template of Open Job Description", openjd.write_template)
@@ -106,11 +108,12 @@ def parser_of_all():
 
 def main(words):
     """Runs a command and returns its exit code."""
-    options, rest = parser_of_all().parse_known_args(words)
-    if rest and options.command not in ("submit", "openjd", "plan"):
-        parser_of_all().error(f"unrecognised: {' '.join(rest)}")
-    options.render = rest
     try:
+        options, rest = parser_of_all().parse_known_args(flags.joined(words))
+        if rest and options.command not in ("submit", "openjd", "plan"):
+            raise errors.FarmError(f"{options.command}: unrecognised: {' '.join(rest)}; see "
+                                   f"`eikon-farm {options.command} --help`", errors.USAGE)
+        options.render = rest
         return options.run(options)
     except errors.FarmError as error:
         print(f"eikon-farm: {error}", file=sys.stderr)

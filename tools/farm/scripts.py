@@ -4,7 +4,7 @@ import hashlib
 import re
 import shlex
 
-from . import jobs, policy
+from . import flags, jobs, policy
 
 HEAD = """\
 #!/bin/bash
@@ -250,7 +250,7 @@ def directives(settings, options):
     """#SBATCH lines: `options`, and what the user asked for."""
     lines = [f"#SBATCH --{name}={value}" if value is not True else f"#SBATCH --{name}" for name, value in options.items()
              if value not in (None, "", False)]
-    lines += [f"#SBATCH {word}" for word in settings["sbatch"]]
+    lines += [f"#SBATCH {flags.quote_for_sbatch(word)}" for word in settings["sbatch"]]
     return "\n".join(lines)
 
 

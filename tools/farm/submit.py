@@ -4,10 +4,9 @@ import contextlib
 import os
 import pathlib
 import re
-import shlex
 import shutil
 
-from . import errors, folder, jobs, locking, merging, nodes, policy, repair, scripts, slurm, status
+from . import errors, flags, folder, jobs, locking, merging, nodes, policy, repair, scripts, slurm, status
 
 LEAST_MEMORY_MB, MEMORY_MARGIN = 400, 1.3
 
@@ -53,7 +52,7 @@ def new_folder(farm):
 
 def read_farm(options):
     """What is to be rendered and how, before anything is measured; writes nothing."""
-    options.sbatch = [word for text in options.sbatch for word in shlex.split(text)]
+    options.sbatch = flags.split(options.sbatch)
     if any(re.match(r"-p|--partition(=|$)", word) for word in options.sbatch):
         raise errors.FarmError("--sbatch: a partition is named by --partition, so that its nodes are looked at", errors.USAGE)
     eikon = jobs.find_eikon(options.eikon)

@@ -1,0 +1,85 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""What eikon-farm says of wrong words, before it looks at anything else. Needs neither eikon nor Slurm."""
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import types
+import unittest
+
+sys.dont_write_bytecode = True
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools"))
+from farm import errors, flags, scripts, submit  # noqa: E402
+
+
+class Command(unittest.TestCase):
+    """Runs eikon-farm in a folder of its own, without Slurm and with a program `eikon` that does nothing."""
+
+    def setUp(self):
+        kept = tempfile.TemporaryDirectory()
+        self.addCleanup(kept.cleanup)
+        self.path = pathlib.Path(kept.name)
+        (self.path / "eikon").write_text("#!/bin/bash\nexit 0\n")
+        (self.path / "eikon").chmod(0o755)
+
+    def farm(self, *words):
+        """(exit code, stdout, stderr)"""
+        environment = {**os.environ, "PATH": f"{self.path}:/usr/bin:/bin", "SLURM_CONF": "/dev/null"}
+        run = subprocess.run([sys.executable, ROOT / "tools/eikon-farm", *words], cwd=self.path, env=environment, timeout=60,
+                             stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
+        return run.returncode, run.stdout, run.stderr
+
+    def refused(self, words, code, pattern):
+        """Fails unless the command ends with this code and one line."""
+        with self.subTest(words=words):
+            got, said, wrong = self.farm(*words)
+            self.assertEqual(got, code, said + wrong)
+            self.assertRegex(wrong, pattern)
+            self.assertEqual(wrong.count("\n"), 1, wrong)
+            self.assertTrue(wrong.startswith("eikon-farm: "), wrong)
+
+
+class Numbers(Command):
+    """Numbers out of their range."""
+
+    def test_submit_takes_no_number_out_of_its_range(self):
+        for flag, values in (("--lines", ("-1", "0", "1.5", "many")), ("--parts", ("-1",)), ("--throttle", ("-1",)),
+                             ("--minutes", ("-1", "0")), ("--nodes", ("-3",)), ("--measure", ("nan", "-1", "inf")),
+                             ("--probe-wait", ("nan", "-1")), ("--checkpoint-every", ("nan", "0", "-1")),
+                             ("--signal", ("-5", "100000")), ("--cpus", ("-1",)), ("--mem", ("-1",))):
+            for value in values:
+                self.refused(["submit", "a.gltf", "-o", "a.exr", f"{flag}={value}"], 2,
+                             f"submit: {flag}: '{value}' is not a (whole )?number from .* to .*; see `eikon-farm submit --help`")
+        self.refused(["submit", "a.gltf", "-o", "a.exr", "--lines", "-1"], 2, "--lines: '-1' is not a whole number from 1 to")
+
+    def test_resubmit_takes_none_either(self):
+        for words in (["--minutes", "0"], ["--mem", "-1"], ["--probe-wait", "nan"], ["--throttle", "-1"]):
+            self.refused(["resubmit", "a.farm", *words], 2, f"resubmit: {words[0]}: '{words[1]}' is not a")
+        self.refused(["status", "a.farm", "--wrong"], 2, "status: unrecognised: --wrong")
+
+
+class Sbatch(Command):
+    """Words for sbatch."""
+
+    def test_a_word_that_begins_with_dashes_is_no_other_flag(self):
+        self.assertEqual(flags.joined(["submit", "a", "--sbatch", "--qos=long", "--sbatch", "-C big", "--parts", "2"]),
+                         ["submit", "a", "--sbatch=--qos=long", "--sbatch=-C big", "--parts", "2"])
+        self.assertEqual(flags.joined(["submit", "--sbatch"]), ["submit", "--sbatch"])
+        self.refused(["submit", "a.gltf", "--sbatch", "--partition=x", "--dry-run"], 2, "a partition is named by --partition")
+
+    def test_quoted_words_stay_one_word(self):
+        words = flags.split(["--comment='a b' --qos=long", r"--comment='say \"hi\" # \\ you'"])
+        self.assertEqual(words[:2], ["--comment=a b", "--qos=long"])
+        self.assertEqual(scripts.directives({"sbatch": words}, {}).split("\n"),
+                         ['#SBATCH "--comment=a b"', "#SBATCH --qos=long", r'#SBATCH "--comment=say \\\"hi\\\" # \\\\ you"'])
+
+    def test_a_quote_that_is_not_closed(self):
+        self.refused(["submit", "a.gltf", "--dry-run", "--sbatch", "--comment='a"], 2, "--sbatch --comment='a: No closing quotation")
+        self.assertRaisesRegex(errors.FarmError, "characters that a line", flags.split, ["'a\nb'"])
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
