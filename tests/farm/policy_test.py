@@ -15,7 +15,7 @@ import unittest.mock
 
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
-from farm import folder, jobs, nodes, planning, policy, scripts, simulate  # noqa: E402
+from farm import errors, folder, jobs, nodes, planning, policy, scripts, simulate  # noqa: E402
 
 
 class Folder(unittest.TestCase):
@@ -41,6 +41,26 @@ class Folder(unittest.TestCase):
                 unittest.mock.patch.object(nodes.slurm, "states", lambda ids: queue.pop(0) if len(queue) > 1 else queue[0]), \
                 unittest.mock.patch.object(nodes.slurm, "cancel"):
             self.assertEqual(nodes.wait_for_probes(pathlib.Path(space), {"busy": 1, "slow": 2}, 0.0), {"busy"})
+
+    def waited(self, *reasons):
+        """(nodes that are busy, those that are left) where the probe of node n0, n1, ... waits for these reasons, or is over."""
+        queue = {(at, 0): ("PENDING", "", reason) for at, reason in enumerate(reasons) if reason}
+        probes = {f"n{at}": at for at in range(len(reasons))}
+        with tempfile.TemporaryDirectory() as space, unittest.mock.patch.object(nodes, "ASK_SLURM_S", 0.01), \
+                unittest.mock.patch.object(nodes.slurm, "states", lambda ids: queue), \
+                unittest.mock.patch.object(nodes.slurm, "cancel") as cancel, unittest.mock.patch.object(nodes.sys, "stderr"):
+            try:
+                return nodes.wait_for_probes(pathlib.Path(space), probes, 0.0), set(probes)
+            finally:
+                self.assertEqual(cancel.called, any(reasons))
+
+    def test_nodes_that_can_never_run_a_task_are_not_called_busy(self):
+        self.assertRaisesRegex(errors.FarmError, r"\(n1: JobHeldUser; n0, n2: PartitionConfig\): ask for less with --cpus",
+                               self.waited, "PartitionConfig", "JobHeldUser", "PartitionConfig")
+        self.assertRaisesRegex(errors.FarmError, "QOSMaxCpuPerJobLimit", self.waited, "QOSMaxCpuPerJobLimit")
+        self.assertEqual(self.waited("Resources", "PartitionConfig", None), ({"n0"}, {"n0", "n2"}))
+        for reason in ("Priority", "None", "QOSMaxJobsPerUserLimit", "ReqNodeNotAvail, UnavailableNodes:n0"):
+            self.assertEqual(self.waited(reason), ({"n0"}, {"n0"}))
 
 
 class Parts(unittest.TestCase):

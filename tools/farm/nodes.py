@@ -1,12 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Looks at nodes before they get work: whether they see the folder, and whether their eikon gives the same bits."""
+import re
 import secrets
+import sys
 import time
 
 from . import errors, folder, scripts, slurm
 
 ASK_SLURM_S = 0.5
 MOST_PROBED = 32  # of a large partition; the others look at themselves before their first task
+# Why a job waits that will not begin by itself, as squeue says it. All other reasons pass, such as Resources and Priority.
+NEVER = re.compile("Partition(Config|TimeLimit|NodeLimit|Down|Inactive)|BadConstraints|Invalid(Account|QOS)|(Account|QOS)NotAllowed"
+                   "|JobHeld(User|Admin)|DependencyNeverSatisfied|ReservationDeleted|.*(PerJob(Limit)?|NotSatisfied)|MaxMemPerLimit")
 
 
 def read(path):
@@ -35,9 +40,27 @@ def start(farm):
     return {name: slurm.submit(probe, f"--nodelist={name}") for name in up[:MOST_PROBED]}
 
 
+def leave_out(probes, queue):
+    """Takes those out of `probes` that Slurm will never start; fails where none is left. queue: what Slurm says of them"""
+    reasons = {}
+    for node, job in probes.items():
+        state, *rest = queue.get((job, 0), ("",))
+        if state == "PENDING" and rest and NEVER.fullmatch(rest[-1]):
+            reasons[node] = rest[-1]
+    if not reasons:
+        return
+    slurm.cancel([probes.pop(node) for node in reasons])
+    text = "; ".join(f"{', '.join(sorted(node for node, why in reasons.items() if why == reason))}: {reason}"
+                     for reason in sorted(set(reasons.values())))
+    if not probes:
+        raise errors.FarmError(f"Slurm will start no task on these nodes ({text}): ask for less with --cpus, --mem, --gres or "
+                               "--sbatch, or for other nodes with --partition; `sinfo -N -o '%N %c %m %G'` shows what they have")
+    print(f"eikon-farm: without nodes on which Slurm will start no task ({text})", file=sys.stderr)
+
+
 def wait_for_probes(place, probes, seconds):
     """Waits until all probes are over; after so many seconds goes on without those that have not begun. Their files say so
-    sooner than Slurm does. place: of these files"""
+    sooner than Slurm does. Takes those out that never begin. place: of these files"""
     end, cancelled = time.monotonic() + seconds, set()
     while True:
         soon = time.monotonic() + ASK_SLURM_S
@@ -46,6 +69,7 @@ def wait_for_probes(place, probes, seconds):
                 return cancelled
             time.sleep(0.02)
         queue = slurm.states(list(probes.values()))
+        leave_out(probes, queue)
         left = {node for node, job in probes.items() if queue.get((job, 0), ("",))[0] in slurm.ACTIVE}
         if not left:
             return cancelled
