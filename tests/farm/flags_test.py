@@ -61,6 +61,40 @@ class Numbers(Command):
         self.refused(["status", "a.farm", "--wrong"], 2, "status: unrecognised: --wrong")
 
 
+class Plan(Command):
+    """Invented clusters and work."""
+
+    WORK = "36000,4096,2,35,0.8"
+
+    def test_nothing_is_ignored_beside_invented_work(self):
+        self.refused(["plan", "--work", self.WORK, "--failure", "0.5"], 2, "--failure: --work stands alone.*did you mean --failures")
+        self.refused(["plan", "--work", self.WORK, "a.gltf"], 2, "a.gltf: --work stands alone")
+        self.refused(["plan"], 2, "name a jobs file or a scene")
+
+    def test_work_is_finite_and_in_range(self):
+        for work, name in (("nan,4096,2,35,0.8", "SECONDS"), ("inf,4096,2,35,0.8", "SECONDS"), ("-5,4096,2,35,0.8", "SECONDS"),
+                           ("1e300,4096,2,35,0.8", "SECONDS"), ("3600,1e400,2,35,0.8", "SPP"), ("3600,1.5,2,35,0.8", "SPP"),
+                           ("3600,0,2,35,0.8", "SPP"), ("3600,16,-1,35,0.8", "STARTUP"), ("3600,16,2,-1,0.8", "MB"),
+                           ("3600,16,2,35,-1", "MERGE"), ("3600,16,2,35,x", "MERGE")):
+            self.refused(["plan", f"--work={work}"], 2, f"--work {work}: {name} '.*' is not a (whole )?number from")
+        for work in ("", "3600,16,2,35", "1,2,3,4,5,6"):
+            self.refused(["plan", f"--work={work}"], 2, "takes SECONDS,SPP,STARTUP,MB,MERGE")
+
+    def test_clusters_are_finite_and_in_range(self):
+        for flag, values in (("--most", ("0", "1000000000000")), ("--spread", ("nan", "1.5", "1", "-0.1")), ("--disk", ("nan", "0")),
+                             ("--failures", ("-1", "nan")), ("--preemptions", ("inf",)), ("--errors", ("2", "1", "-1"))):
+            for value in values:
+                self.refused(["plan", "--work", self.WORK, f"{flag}={value}"], 2, f"plan: {flag}: '{value}' is not a")
+
+    def test_a_table_of_what_is_not_done(self):
+        code, said, wrong = self.farm("plan", "--work", self.WORK, "--errors", "0.9", "--most", "8", "--svg", "plan.svg")
+        self.assertEqual((code, wrong.count("\n")), (1, 1), wrong)
+        self.assertIn("plan.svg: no number of nodes writes all images", wrong)
+        self.assertIn("one node does not write all images", said)
+        self.assertNotIn("times faster", said)
+        self.assertEqual(self.farm("plan", "--work", self.WORK, "--most", "8", "--svg", "plan.svg")[::2], (0, ""))
+
+
 class Sbatch(Command):
     """Words for sbatch."""
 

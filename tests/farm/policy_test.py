@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The farm's policy, by itself and in simulated clusters of up to 10,000 nodes, and the script of a task, run without a cluster.
 Needs neither eikon nor Slurm."""
+import contextlib
+import io
 import math
 import os
 import pathlib
@@ -184,6 +186,26 @@ class Clusters(unittest.TestCase):
     def test_more_nodes_are_never_worth_it_for_nothing(self):
         rows = [{"nodes": nodes, "seconds": seconds} for nodes, seconds in ((1, 100), (2, 51), (4, 27), (8, 25), (16, 12))]
         self.assertEqual(planning.worth(rows), 4)
+        rows[1]["done"] = False
+        self.assertEqual(planning.worth(rows), 1)
+        rows[0]["done"] = False
+        self.assertEqual(planning.worth(rows), 0)
+
+    def test_an_image_of_which_parts_fail_is_not_done(self):
+        out = simulate.simulate(WORK, simulate.Cluster(64, errors=0.9))
+        self.assertGreater(out.failed, out.parts // 2)
+        self.assertFalse(out.is_done())
+        self.assertEqual(out.limit(64), f"{out.failed} of {out.parts} parts failed")
+        options = types.SimpleNamespace(most=2, spread=0.0, failures=0.0, preemptions=0.0, errors=0.9, disk=1000.0, seed=1)
+        with contextlib.redirect_stdout(io.StringIO()) as said:
+            planning.show(planning.table_of(WORK, options))
+        self.assertRegex(said.getvalue(), r"\n +2 +not done +- +10 +[1-9]\d* +10 .* of 10 parts failed\n")
+
+    def test_a_cluster_that_finishes_nothing_has_an_end(self):
+        out = simulate.simulate(WORK, simulate.Cluster(16, failures_per_hour=1000.0))
+        self.assertEqual((out.unfinished, out.failed, out.is_done()), (out.parts, 0, False))
+        self.assertIn("parts unfinished", out.limit(16))
+        self.assertEqual(simulate.simulate(WORK, simulate.Cluster(16, failures_per_hour=1.0)).unfinished, 0)
 
     def test_more_nodes_are_no_slower(self):
         few = [10 ** (at * 4.5 / 49) for at in range(50)]  # seconds of images of all sizes

@@ -51,6 +51,7 @@ PARTS, THROTTLE, NODES = whole(1, 1_000_000), whole(0, 1_000_000), whole(1, 100_
 THREADS, MEGABYTES, MINUTES = whole(0, 65_536), whole(1, 10**9), whole(1, 366 * 24 * 60)
 SIGNAL_S = whole(0, 65_535)  # as sbatch takes it
 CHECKPOINT_S = number(0.01, 1e9)  # as eikon render takes it
+SHARE, PER_HOUR, DISK_MB_S = number(0, 1, below=True), number(0, 1e6), number(0.001, 1e9)
 MEASURED_S, WAIT_S = number(0, 3600), number(0, 86400)
 
 

@@ -9,6 +9,9 @@ import random
 
 from . import policy
 
+# Events of a simulated submission for each node and task, and at least: one that has more makes no progress.
+MOST_EVENTS_EACH, LEAST_MOST_EVENTS = 20, 200_000
+
 
 @dataclasses.dataclass
 class Work:
@@ -44,14 +47,23 @@ class Outcome:
     tasks: int = 0
     starts: int = 0  # of tasks, so again after a failure or preemption
     failed: int = 0  # parts that the policy gave up
+    unfinished: int = 0  # parts that were not rendered within the most events
     rendered_s: float = 0.0  # seconds of nodes that became part of an image
     startup_s: float = 0.0  # seconds of nodes for starting
     lost_s: float = 0.0  # seconds of nodes that were lost with a kill
     disk_s: float = 0.0  # seconds of nodes that waited for the file system
     merge_s: float = 0.0  # from the last part to the last picture
 
+    def is_done(self):
+        """Whether every image was written: one of which a part is missing is not."""
+        return not self.failed and not self.unfinished
+
     def limit(self, nodes):
         """What keeps the cluster from being faster, in a word."""
+        if self.failed:
+            return f"{self.failed} of {self.parts} parts failed"
+        if self.unfinished:
+            return f"interruptions: {self.unfinished} of {self.parts} parts unfinished when the simulation ended"
         total = max(self.seconds * nodes, 1e-9)
         shares = {"start-up": self.startup_s / total, "the file system": self.disk_s / total, "failures": self.lost_s / total,
                   "the merge": self.merge_s / max(self.seconds, 1e-9)}
@@ -107,6 +119,7 @@ class Run:
         self.idle = []
         self.launched_at = 0.0
         self.done_at = 0.0
+        self.rendered = 0  # parts
 
     def at(self, when, action, *words):
         """Has something happen."""
@@ -120,9 +133,13 @@ class Run:
         self.waiting.extend(tasks)
         for node in range(self.cluster.nodes):
             self.at(0.0, self.take, node)
-        while self.events:
+        most = max(LEAST_MOST_EVENTS, MOST_EVENTS_EACH * (self.cluster.nodes + len(tasks)))
+        for _ in range(most):
+            if not self.events:
+                break
             now, _, action, words = heapq.heappop(self.events)
             action(now, *words)
+        self.outcome.unfinished = self.outcome.parts - self.outcome.failed - self.rendered
         self.outcome.seconds = self.done_at + self.merge(counts)
         self.outcome.merge_s = self.outcome.seconds - self.done_at
         return self.outcome
@@ -145,6 +162,7 @@ class Run:
         written = self.disk.transfer(now, task.parts * self.work.part_mb)
         self.outcome.disk_s += written - now
         self.done_at = max(self.done_at, written)
+        self.rendered += task.parts
         self.at(written, self.take, node)
 
     def next_event(self, per_hour):
