@@ -95,6 +95,29 @@ class Plan(Command):
         self.assertEqual(self.farm("plan", "--work", self.WORK, "--most", "8", "--svg", "plan.svg")[::2], (0, ""))
 
 
+class Input(Command):
+    """What is to be rendered."""
+
+    def test_a_jobs_file_that_is_not_utf8_is_refused_with_its_line(self):
+        (self.path / "jobs.txt").write_bytes(b"render a.gltf -o a.exr\nrender b.gltf -o caf\xe9.exr\n")
+        pattern = "jobs.txt:2: the byte 0xe9 is not utf-8.*iconv"
+        self.refused(["openjd", "jobs.txt"], 3, pattern)
+        self.refused(["submit", "jobs.txt", "--dry-run"], 3, pattern)
+        farm = types.SimpleNamespace(settings={"file": str(self.path / "jobs.txt")})
+        self.assertRaisesRegex(errors.FarmError, pattern, submit.reread, farm)
+
+    def test_jobs_on_standard_input(self):
+        self.refused(["submit", "-", "--dry-run"], 2, "-: `eikon-farm resubmit` reads the jobs again.*cat > jobs.txt")
+
+    def test_flags_in_front_of_the_scene(self):
+        (self.path / "jobs.txt").write_text("render a.gltf -o a.exr\n")
+        for words in (["--size", "32x32", "cornell.gltf", "-o", "z.exr"], ["-o", "z.exr", "--fov", "20", "cornell.gltf"]):
+            self.refused(["submit", "--dry-run", *words], 2, "it was taken for the scene.*eikon-farm submit cornell.gltf ...")
+        self.refused(["openjd", "--threads", "3", "jobs.txt"], 2, "3: it was taken for .*eikon-farm openjd jobs.txt ...")
+        self.refused(["openjd", "jobs.txt", "--spp", "3"], 2, "--spp: flags of a render go with a scene; those of jobs.txt")
+        self.refused(["openjd", "absent.txt"], 3, "cannot read absent.txt: No such file")
+
+
 class Sbatch(Command):
     """Words for sbatch."""
 

@@ -4,25 +4,44 @@ import contextlib
 import os
 import pathlib
 import re
+import shlex
 import shutil
 
 from . import errors, flags, folder, jobs, locking, merging, nodes, policy, repair, scripts, slurm, status
 
+SCENES = (".gltf", ".glb")  # and all other inputs are jobs
 LEAST_MEMORY_MB, MEMORY_MARGIN = 400, 1.3
 
 
 def read_input(options):
     """(text of the jobs, folder of their paths, name for messages, the file or None)"""
     path = pathlib.Path(options.input)
-    if path.suffix.lower() in (".gltf", ".glb"):
+    if options.input == "-":
+        raise errors.FarmError("-: `eikon-farm resubmit` reads the jobs again, so they stand in a file: write them into one first, "
+                               "as by `cat > jobs.txt`", errors.USAGE)
+    if path.suffix.lower() in SCENES:
         return jobs.quote(["render", options.input, *options.render]) + "\n", os.getcwd(), options.input, None
+    later = next((word for word in options.render if pathlib.Path(word).suffix.lower() in SCENES or
+                  not path.exists() and word.endswith(".txt") and pathlib.Path(word).is_file()), None)
+    if later:
+        raise errors.FarmError(f"{options.input}: it was taken for the scene or the jobs, which come first: say `eikon-farm "
+                               f"{options.command} {shlex.quote(later)} ...`, with the flags of a render behind", errors.USAGE)
     if options.render:
         raise errors.FarmError(f"{options.render[0]}: flags of a render go with a scene; those of {options.input} stand in "
                                "its lines", errors.USAGE)
+    return read_text(options.input), str(path.resolve().parent), options.input, str(path.resolve())
+
+
+def read_text(name):
+    """The text of a jobs file."""
     try:
-        return path.read_text(), str(path.resolve().parent), options.input, str(path.resolve())
-    except (OSError, UnicodeDecodeError) as error:
-        raise errors.FarmError(f"cannot read {options.input}: {getattr(error, 'strerror', error)}") from error
+        return pathlib.Path(name).read_text()
+    except OSError as error:
+        raise errors.FarmError(f"cannot read {name}: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        line, byte = error.object.count(b"\n", 0, error.start) + 1, error.object[error.start]
+        raise errors.FarmError(f"{name}:{line}: the byte {byte:#04x} is not {error.encoding}, as which a farm keeps names: convert the "
+                               "file, such as by `iconv -f latin1 -t utf-8`, and rename the files that it names so") from error
 
 
 def default_folder(options, found):
@@ -261,10 +280,7 @@ def reread(farm):
     """Takes over what was changed in the jobs file."""
     settings = farm.settings
     if settings["file"]:
-        try:
-            settings["text"] = pathlib.Path(settings["file"]).read_text()
-        except OSError as error:
-            raise errors.FarmError(f"cannot read {settings['file']}: {error.strerror}") from error
+        settings["text"] = read_text(settings["file"])
     before = {job.name: job for job in farm.jobs}
     farm.jobs = jobs.read_jobs(settings["eikon"], settings["text"], farm.base, settings["name"])
     folder.choose_parts(farm, settings["parts"], settings["nodes"])
