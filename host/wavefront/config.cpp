@@ -29,7 +29,7 @@ constexpr std::uint32_t kSamplesToFill = 32, kSamplesToFillCores = 16;
 // gain nothing more. With a launch per stage 1024 is best.
 constexpr std::uint32_t kFusedChunk = 4096, kUnfusedChunk = 1024;
 // So many that waiting for the last one costs next to nothing. With two work-items, units of 131,072 paths for each render cornell.gltf
-// at 12.6 million samples per second, and units of 16,384 and 4,096 at 9.7 and 7.1: a launch takes a tenth of a
+// at 11.5 million samples per second, and units of 16,384 and 4,096 at 8.5 and 6.6: a launch takes a tenth of a
 // millisecond, and the last portions of paths are small and leave lanes empty.
 constexpr std::uint32_t kChunksPerWorker = 32;
 

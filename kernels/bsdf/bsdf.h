@@ -114,8 +114,8 @@ EK_FN BsdfSample bsdf_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choice) {
   value.f = select3(base_delta, scale3(base.weight, base.pdf * base_transmittance(k, wi.z) * below_coat_side(m, wi)), value.f);
   value.pdf = base_delta ? base.pdf * k.p_base : value.pdf;
   if (EK_HAS_clearcoat) {
-    const vf mirrored = k.coat.share * coat_side(m, k.coat, wi, k.coat.wo.z);
-    value.f = select3(coat_delta, V3(mirrored, mirrored, mirrored), value.f);
+    // A mirror has no share of the terminator (coat_side).
+    value.f = select3(coat_delta, V3(k.coat.share, k.coat.share, k.coat.share), value.f);
     value.pdf = coat_delta ? k.p_coat : value.pdf;
   }
   const vi above = from_coat ? above_coat : wi.z > 0.0f;

@@ -57,7 +57,7 @@ EK_FN vi is_above_coat(MaterialLanes m, v3 wi_local, vf cos_i) {
 /// terminator_share for metal. cos_i: as of is_above_coat
 EK_FN vf coat_side(MaterialLanes m, Coat k, v3 wi_local, vf cos_i) {
 #if EK_HAS_clearcoat_normal
-  return side_factor(dot3(m.n_geom, wi_local), cos_i, dot3(m.n_geom, k.basis.z), k.alpha.y);
+  return side_factor(dot3(m.n_geom, wi_local), cos_i, dot3(m.n_geom, k.basis.z), m.clearcoat_alpha);
 #else
   return (vf)(1.0f);
 #endif

@@ -38,7 +38,7 @@ typedef struct {
   vf metal, dielectric;
 } LayerShares;
 
-/// Of the opaque material as a whole.
+/// The shares of a material that lets no light through.
 EK_FN LayerShares layer_shares(MaterialLanes m) {
   const LayerShares shares = {m.metallic, 1.0f - m.metallic};
   return shares;

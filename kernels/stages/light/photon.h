@@ -17,17 +17,18 @@ EK_FN uint photon_leave(const ShadeContext* c, const PathHit* hit, const Shading
   const vu most = (vu)(EK_PHOTON_EDGES_MOST);
   vu info = (hit->path.path & 0xffu) | (edges < most ? edges : most) << 16;
   if (EK_HAS_light_group) info = info | hit->path.source_group << 8;
-  vf shared = cosine;
-  // Light paths meet a surface as often as its opacity says, and so do the paths from the camera that gather there.
+  vf met = cosine;  // the share of light from there that meets an area of the surface
+  // Light paths end on a surface of alphaMode BLEND as often as its opacity says, and so do the paths from the camera that
+  // gather there. So that it counts once, the photon has the light that there would be without it.
   if (EK_HAS_opacity) {
     const MaterialRecordLanes record = load_material(c->scene.materials, hit->corners.material);
-    shared = shared * material_opacity(c->scene, record, hit->attributes);
-    leaves = leaves & (shared > 0.0f);
+    met = met * material_opacity(c->scene, record, hit->attributes);
+    leaves = leaves & (met > 0.0f);
   }
   const ShadowRay photon = {.path = point->index,
                             .origin = point->p,
                             .dir = to_light,
-                            .radiance = scale3(point->beta, div_f((vf)(1.0f), shared)),
+                            .radiance = scale3(point->beta, div_f((vf)(1.0f), met)),
                             .photon_normal = pack_normal(point->n_geom, (vi)(0)),
                             .splat = info};
   shadow_store(c->stage.state, slot, packing(leaves), photon);

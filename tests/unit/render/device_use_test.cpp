@@ -196,7 +196,7 @@ double paths_per_core(std::uint32_t cores, const WorkUnit& picture, double rate_
   return double(sizes[sizes.size() / 2]) / cores;
 }
 
-// With 16,384 paths for each of two cores cornell.gltf was rendered at .77 of the rate of large units, and with 4,096 at .56.
+// With 16,384 paths for each of two cores cornell.gltf was rendered at .74 of the rate of large units, and with 4,096 at .58.
 TEST(DeviceUse, the_cores_of_a_large_processor_have_many_paths_each) {
   for (const std::uint32_t cores : {2U, 8U, 16U, 32U, 64U})
     EXPECT_GE(paths_per_core(cores, picture_of(1280, 720, 64), 3e6), 50'000) << cores << " cores";
