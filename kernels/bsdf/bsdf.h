@@ -3,7 +3,8 @@
 //   frame   Local, n = +z on the viewer's side: the caller turns its basis so that wo.z > 0,
 //           whichever side was hit. wi.z > 0 reflects, wi.z < 0 transmits.
 //   wo, wi  Unit, to the viewer and to the light, both away from the surface.
-//   eval    f(wo, wi) |cos theta_i|, per sr, of all parts of the lobe that are not delta.
+//   eval    f(wo, wi) |cos theta_i|, per sr, of all parts of the lobe that are not delta. What is
+//           reflected has the factor of terminator.h.
 //   pdf     Density with which sample() chooses wi, per sr, of the parts that are not delta; it
 //           includes the probability of choosing a part.
 //   sample  wi, pdf and weight = eval / pdf. A failure has pdf 0, and its other members mean
@@ -111,10 +112,9 @@ EK_FN BsdfSample bsdf_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choice) {
   if (EK_HAS_sheen) wi = select3(!(from_base | from_coat), warp_uniform_hemisphere(u, v), wi);
   BsdfValue value = layered_value(m, k, wo, wi, lobe_evaluate(m, wo, wi));
   const vi base_delta = from_base & base.delta, coat_delta = EK_HAS_clearcoat ? from_coat & k.coat.smooth : (vi)(0);
-  value.f = select3(base_delta, scale3(base.weight, base.pdf * base_transmittance(k, wi.z) * below_coat_side(m, wi)), value.f);
+  value.f = select3(base_delta, scale3(base.weight, (is_on_one_side(m, wi) ? base.pdf : (vf)(0.0f)) * base_transmittance(k, wi.z)), value.f);
   value.pdf = base_delta ? base.pdf * k.p_base : value.pdf;
   if (EK_HAS_clearcoat) {
-    // A mirror has no share of the terminator (coat_side).
     value.f = select3(coat_delta, V3(k.coat.share, k.coat.share, k.coat.share), value.f);
     value.pdf = coat_delta ? k.p_coat : value.pdf;
   }

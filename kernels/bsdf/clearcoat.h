@@ -5,7 +5,8 @@
 // reciprocal.
 //
 // The coat and what lies below it may have different normals, and then either has a horizon of its own. With
-// EK_HAS_clearcoat_normal, side_factor is therefore applied here to each of the two, and not by those who evaluate a coated material.
+// EK_HAS_clearcoat_normal, it is therefore here that light is kept from passing the surface itself (is_above_coat, is_on_one_side), and
+// not where a coated material is evaluated.
 #ifndef EK_BSDF_CLEARCOAT_H
 #define EK_BSDF_CLEARCOAT_H
 #include "bsdf/fresnel.h"
@@ -53,22 +54,30 @@ EK_FN vi is_above_coat(MaterialLanes m, v3 wi_local, vf cos_i) {
 #endif
 }
 
-/// side_factor of the coat; 1 where the coat follows its material. The coat's own alpha is the share of the terminator, as in
-/// terminator_share for metal. cos_i: as of is_above_coat
-EK_FN vf coat_side(MaterialLanes m, Coat k, v3 wi_local, vf cos_i) {
+/// The terminator's factor of the coat by its own normal.
+/// cos_i  as of is_above_coat
+EK_FN vf coat_terminator(MaterialLanes m, Coat k, v3 wi_local, vf cos_i) {
 #if EK_HAS_clearcoat_normal
-  return side_factor(dot3(m.n_geom, wi_local), cos_i, dot3(m.n_geom, k.basis.z), m.clearcoat_alpha);
+  if (!m.has_n_geom) return (vf)(1.0f);
+  return glossy_terminator(terminator_factor(dot3(m.n_geom, wi_local), cos_i, dot3(m.n_geom, k.basis.z)), m.clearcoat_alpha);
 #else
-  return (vf)(1.0f);
+  (void)k;
+  (void)cos_i;
+  return glossy_terminator(diffuse_terminator(m, wi_local), m.clearcoat_alpha);
 #endif
 }
 
-/// side_factor of what lies below a coat; 1 without a coat.
-EK_FN vf below_coat_side(MaterialLanes m, v3 wi) {
+/// Mask of the directions that lie on one side both of the surface itself and of the normal of what is below a coat: others would let light
+/// through walls. Set where there is no coat, whose materials others ask (is_on_geometric_side).
+EK_FN vi is_on_one_side(MaterialLanes m, v3 wi) {
 #if EK_HAS_clearcoat_normal
-  return m.clearcoat > 0.0f ? side_factor(dot3(m.n_geom, wi), wi.z, m.n_geom.z, terminator_share(m)) : (vf)(1.0f);
+  const vf cos_geom = dot3(m.n_geom, wi);
+  const vi reflected = (cos_geom > 0.0f) & (wi.z > 0.0f), transmitted = EK_HAS_transmission ? (cos_geom < 0.0f) & (wi.z < 0.0f) : (vi)(0);
+  return (m.clearcoat == 0.0f) | reflected | transmitted;
 #else
-  return (vf)(1.0f);
+  (void)m;
+  (void)wi;
+  return (vi)(-1);
 #endif
 }
 
@@ -80,7 +89,7 @@ EK_FN BsdfValue coat_value(MaterialLanes m, Coat k, v3 wi_local) {
   const vf d = ggx_d(h, k.alpha);
   BsdfValue value;
   vf f = d * ggx_visibility(k.wo.z, k.length_o, wi.z, ggx_length(wi, k.alpha));
-  f = f * coat_side(m, k, wi_local, wi.z);
+  f = f * coat_terminator(m, k, wi_local, wi.z);
   value.f = V3(f, f, f);
   value.pdf = 0.5f * d * ggx_visible_share(k.wo.z, k.length_o);
   return bsdf_value_if((k.wo.z > 0.0f) & is_above_coat(m, wi_local, wi.z) & !k.smooth, value);

@@ -84,9 +84,10 @@ EK_FN BsdfValue conductor_value(MaterialLanes m, Conductor k, v3 wo, v3 wi) {
   const vf sum2 = dot3(sum, sum);
   const vf d = ggx_d(direction_of(sum, sum2), k.alpha), length_i = ggx_length(wi, k.alpha);
   const v3 f = conductor_reflectance(m, min_f(0.5f * sqrt_f(sum2), (vf)(1.0f)));
-  BsdfValue value = {scale3(f, d * ggx_visibility(wo.z, k.length_o, wi.z, length_i)), 0.5f * d * ggx_visible_share(wo.z, k.length_o)};
+  const vf fade = diffuse_terminator(m, wi), once = (d * ggx_visibility(wo.z, k.length_o, wi.z, length_i)) * glossy_terminator(fade, m.ggx_alpha);
+  BsdfValue value = {scale3(f, once), 0.5f * d * ggx_visible_share(wo.z, k.length_o)};
 #if EK_HAS_energy_compensation
-  value.f = add3(value.f, scale3(k.ms_lobe, one_minus_E(k.alpha, wi.z, length_i) * wi.z));
+  value.f = add3(value.f, scale3(k.ms_lobe, (one_minus_E(k.alpha, wi.z, length_i) * wi.z) * fade));
   value.pdf = k.p_once * value.pdf + (1.0f - k.p_once) * (EK_INV_PI * wi.z);
 #endif
   return bsdf_value_if(valid, value);

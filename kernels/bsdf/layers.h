@@ -65,13 +65,13 @@ EK_FN BsdfValue layered_value(MaterialLanes m, CoatSheen k, v3 wo, v3 wi, BsdfVa
   BsdfValue value = {scale3(base.f, base_transmittance(k, wi.z)), base.pdf * k.p_base};
   const vi above = (wo.z > 0.0f) & (wi.z > 0.0f);
   if (EK_HAS_sheen) {
-    vf f = sheen_f(k.sheen, wo, wi) * wi.z;
+    vf f = (sheen_f(k.sheen, wo, wi) * wi.z) * diffuse_terminator(m, wi);
     if (EK_HAS_clearcoat) f = f * (1.0f - k.coat.share);
     value.f = add3(value.f, scale3(m.sheen, above ? f : (vf)(0.0f)));
     value.pdf = value.pdf + (above ? k.p_sheen * EK_INV_2PI : (vf)(0.0f));
   }
   if (EK_HAS_clearcoat) {
-    value.f = scale3(value.f, below_coat_side(m, wi));
+    value.f = scale3(value.f, is_on_one_side(m, wi) ? (vf)(1.0f) : (vf)(0.0f));
     const BsdfValue coat = coat_value(m, k.coat, wi);
     value.f = add3(value.f, scale3(coat.f, k.coat.share));
     value.pdf = value.pdf + k.p_coat * coat.pdf;

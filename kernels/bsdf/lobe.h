@@ -7,6 +7,10 @@
 #include "lanes/warp.h"
 #include "guide/guide.h"
 
+/// A shading normal may differ from that of the surface itself (surface/shading_normal.h).
+#define EK_HAS_SHADING_NORMAL (EK_HAS_vertex_normal | EK_HAS_normal_texture)
+#define EK_HAS_GEOMETRIC_NORMAL (EK_HAS_SHADING_NORMAL | EK_HAS_clearcoat_normal)
+
 // The parameters of a material at a hit, one per lane (surface/material.h fills them in).
 typedef struct {
   vu lobes;          // bit set of EK_LOBE
@@ -27,8 +31,9 @@ typedef struct {
   vf clearcoat;        // [0, 1]
   vf clearcoat_alpha;  // square of glTF's roughness
   v3 clearcoat_normal; // local, unit, on wo's side
-#if EK_HAS_clearcoat_normal
-  v3 n_geom;           // of the surface itself, local, unit, on wo's side
+#if EK_HAS_GEOMETRIC_NORMAL
+  int has_n_geom;      // 0: n_geom is +z in all lanes
+  v3 n_geom;           // normal of the surface itself, local, unit, on wo's side
 #endif
   v3 sheen;            // colour of the fibres, [0, 1]
   vf sheen_roughness;  // [0, 1]
@@ -43,10 +48,16 @@ typedef struct {
 #endif
 } MaterialLanes;
 
-/// Sets n_geom, which only coats of their own normal need.
-EK_FN void set_geometric_normal(MaterialLanes* m, v3 n_geom) {
-#if EK_HAS_clearcoat_normal
+/// Sets n_geom.
+/// has_n_geom  0: it is +z in all lanes
+EK_FN void set_geometric_normal(MaterialLanes* m, v3 n_geom, int has_n_geom) {
+#if EK_HAS_GEOMETRIC_NORMAL
   m->n_geom = n_geom;
+  m->has_n_geom = has_n_geom;
+#else
+  (void)m;
+  (void)n_geom;
+  (void)has_n_geom;
 #endif
 }
 

@@ -13,6 +13,7 @@
 #define EK_BSDF_MEASURED_H
 #include "bsdf/lobe.h"
 #include "bsdf/microfacet.h"
+#include "bsdf/terminator.h"
 #include "shared/measured.h"
 #include "lanes/warp.h"
 
@@ -97,7 +98,7 @@ EK_FN BsdfValue measured_value(MaterialLanes m, vu view, v3 wo, v3 wi) {
   const vu cell = AS_U(TO_I(max_f(min_f(a.theta_h, (vf)(EK_MEASURED_THETA_H - 1.0f)), (vf)(0.0f))));
   const vf density = gather_f(m.measured, view + (cell + EK_MEASURED_VIEW_DENSITY));
   BsdfValue value;
-  value.f = scale3(mul3(m.base_color, measured_f(m, a)), wi.z);
+  value.f = scale3(mul3(m.base_color, measured_f(m, a)), wi.z * diffuse_terminator(m, wi));
   value.pdf = p_half * div_f(density, 2.0f * max_f(a.length, (vf)(0x1p-60f))) + (1.0f - p_half) * (EK_INV_PI * wi.z);
   return bsdf_value_if(valid, value);
 }

@@ -15,6 +15,7 @@
 #include "bsdf/ggx_albedo.h"
 #include "bsdf/lobe.h"
 #include "bsdf/microfacet.h"
+#include "bsdf/terminator.h"
 #if EK_HAS_energy_compensation
 #include "bsdf/multiple_scattering.h"
 #endif
@@ -222,9 +223,10 @@ EK_FN BsdfValue metallic_roughness_value(MaterialLanes m, SpecularOverDiffuse k,
   const vf length_i = ggx_length(wi, k.alpha);
   const vf d = k.smooth ? (vf)(0.0f) : ggx_d(h, k.alpha);
   const v3 f = surface_reflectance(m, m.f0, m.f90, layer_shares(m), cos_h);
+  const vf fade = diffuse_terminator(m, wi);
   BsdfValue value;
-  value.f = add3(scale3(f, d * ggx_visibility(wo.z, k.length_o, wi.z, length_i)),
-                 diffuse_part(k, wi.z, length_i));
+  value.f = add3(scale3(f, (d * ggx_visibility(wo.z, k.length_o, wi.z, length_i)) * glossy_terminator(fade, m.ggx_alpha)),
+                 scale3(diffuse_part(k, wi.z, length_i), fade));
   value.pdf = div_f(k.specular * (0.5f * d * ggx_visible_share(wo.z, k.length_o)) + k.diffuse * diffuse_pdf(m, wi), k.specular + k.diffuse);
   return bsdf_value_if(valid & (k.specular + k.diffuse > 0.0f), value);
 }

@@ -16,26 +16,23 @@ EK_FN vf terminator_factor(vf cos_geom, vf cos_shade, vf cos_between) {
   return ((g - g * g) + 1.0f) * g;
 }
 
-/// The share of terminator_factor that applies to a material, [0, 1]. It is 1 for a diffuse base
-/// and for reflections as broad as that, and 0 for sharp reflections of metal and glass: there a
-/// mirror image that usable_normal has bent to the horizon of the surface would only turn black.
-/// source  Cycles applies its factor to diffuse closures alone (bump_shadowing_term); here there is
-///         no step between sharp and rough
-EK_FN vf terminator_share(MaterialLanes m) {
-  if (!(EK_HAS_metallic_roughness | EK_HAS_transmission | EK_HAS_conductor)) return (vf)(1.0f);
-  const vf without_base = m.metallic + (1.0f - m.metallic) * m.transmission;
-  return 1.0f - without_base * (1.0f - m.ggx_alpha);
+/// terminator_factor of what a diffuse surface of shading normal +z reflects to or from wi; 1 for what it transmits.
+EK_FN vf diffuse_terminator(MaterialLanes m, v3 wi) {
+#if EK_HAS_GEOMETRIC_NORMAL
+  if (!m.has_n_geom) return (vf)(1.0f);
+  const vf factor = terminator_factor(dot3(m.n_geom, wi), wi.z, m.n_geom.z);
+  return wi.z > 0.0f ? factor : (vf)(1.0f);
+#else
+  (void)m;
+  (void)wi;
+  return (vf)(1.0f);
+#endif
 }
 
-/// Factor of light that a part of a material scatters to or from a direction, by the part's own normal: 0 where the direction lies on
-/// different sides of the surface itself and of that normal, so that walls leak no light; terminator_factor, as far as `share` says,
-/// where it is reflected; 1 where it is transmitted.
-/// cosines  as of terminator_factor, but with either sign
-EK_FN vf side_factor(vf cos_geom, vf cos_shade, vf cos_between, vf share) {
-  const vf hidden = (1.0f - share) + share * terminator_factor(cos_geom, cos_shade, cos_between);
-  const vf reflected = ((cos_geom > 0.0f) & (cos_shade > 0.0f)) ? hidden : (vf)(0.0f);
-  if (!EK_HAS_transmission) return reflected;
-  return ((cos_geom < 0.0f) & (cos_shade < 0.0f)) ? (vf)(1.0f) : reflected;
-}
+/// The same for a reflection by microfacets: as for a diffuse part where the reflection is as broad (alpha 1), and 1 for a mirror, whose image
+/// would only turn black where usable_normal has bent it to the horizon of the surface.
+/// diffuse  diffuse_terminator
+/// source   Cycles applies its factor to diffuse closures alone (bump_shadowing_term); here there is no step between sharp and rough
+EK_FN vf glossy_terminator(vf diffuse, vf alpha) { return (1.0f - alpha) + alpha * diffuse; }
 
 #endif

@@ -212,11 +212,13 @@ EK_FN BsdfValue transmission_value(MaterialLanes m, Glass g, v3 wo, v3 wi) {
   const vf p_reflect = glass_reflects(mean_component(f), g.tint);
   const v3 layer = surface_reflectance(m, g.f0, g.f90, g.shares, cos_o_h);
   const vf total = glass_total(g);
+  const vf fade = diffuse_terminator(m, wi);
   BsdfValue above;
-  above.f = add3(scale3(add3(layer, scale3(f, g.share)), spread), diffuse_part(g.base, cos_i, length_i));
+  above.f = add3(scale3(add3(layer, scale3(f, g.share)), spread * glossy_terminator(fade, m.ggx_alpha)),
+                 scale3(diffuse_part(g.base, cos_i, length_i), fade));
 #if EK_HAS_energy_compensation
-  const vf lost = glass_one_minus_E_along(m, g, below, cos_i, length_i) * cos_i;
-  above.f = add3(above.f, V3(g.ms_reflection * lost, g.ms_reflection * lost, g.ms_reflection * lost));
+  const vf lost = glass_one_minus_E_along(m, g, below, cos_i, length_i) * cos_i, more = (g.ms_reflection * lost) * fade;
+  above.f = add3(above.f, V3(more, more, more));
 #endif
   above.pdf = div_f((g.base.specular + g.glass_albedo * p_reflect) * visible + g.base.diffuse * (EK_INV_PI * cos_i), total);
 

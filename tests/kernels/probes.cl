@@ -305,7 +305,7 @@ EK_FN_ONCE void probe_bsdf_run(PROBE_ITEMS, SceneData scene) {
   const HitMaterial hit = hit_material(scene, IN_U(0), at, IN_U(10) != 0u);
   MaterialLanes m = hit.bsdf;
   m.clearcoat_normal = IN_3(11);
-  set_geometric_normal(&m, IN_3(15));
+  set_geometric_normal(&m, IN_3(15), 1);
   m.ggx_alpha_x = IN_F(14) >= 0.0f ? IN_F(14) : m.ggx_alpha;
   const v3 wo = IN_3(1), wi = IN_3(4);
   const BsdfValue stated = probe_evaluate(m, wo, wi);

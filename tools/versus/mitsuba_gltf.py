@@ -226,10 +226,10 @@ def register(mi):
             rough = ~s.smooth
             ab = self.albedos.at(cos_i, s.alpha)
             coupled_i = 1 - (s.max_f0 * ab[0] + s.f90_base * ab[1])
-            value = s.diffuse * s.coupled_o * coupled_i / (s.coupled_mean * dr.pi) * cos_i
-            value += dr.select(rough, schlick(s.f0, s.f90, cos_d) * lobe, 0)
+            fade = terminator(wi_world, s.n_geom, s.frame.n)
+            value = s.diffuse * s.coupled_o * coupled_i / (s.coupled_mean * dr.pi) * cos_i * fade
+            value += dr.select(rough, schlick(s.f0, s.f90, cos_d) * lobe * dr.lerp(1, fade, s.alpha), 0)
             pdf = s.p_diffuse * cos_i / dr.pi + dr.select(rough, s.p_reflect * lobe_pdf, 0)
-            value *= terminator(wi_world, s.n_geom, s.frame.n)
             value, pdf = dr.select(reflected, value, 0), dr.select(reflected, pdf, 0)
             if self.thin:
                 crossed &= rough
@@ -266,7 +266,7 @@ def register(mi):
             right_side = dr.select(through, side < 0, side > 0)
             delta_p = dr.select(through, s.p_through, s.p_reflect) * s.opacity
             delta_weight = s.opacity / delta_p * dr.select(
-                through, s.through * (1 - f_base), f * terminator(wi_world, s.n_geom, s.frame.n))
+                through, s.through * (1 - f_base), f)
             ok = active & (s.wo.z > 0) & (diffuse | upper) & right_side
             weight = dr.select(delta, delta_weight, value / pdf)
             bs.pdf = dr.select(delta, delta_p, pdf)

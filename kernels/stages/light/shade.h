@@ -48,8 +48,7 @@ EK_FN v3 scattered_towards(const ShadeContext* c, const PathHit* hit, const Shad
   view.material.guide = point->material.guide;
 #endif
   const v3 to_light = neg3(hit->path.dir), wi = to_local(view.basis, to_light);
-  v3 f = bsdf_evaluate(view.material, view.wo, wi).f;
-  if (EK_HAS_SHADING_NORMAL & view.detailed) f = scale3(f, shadow_terminator(&view, wi, to_light));
+  const v3 f = bsdf_evaluate(view.material, view.wo, wi).f;
   const vf cos_light = abs_f(dot3(hit->surface.n_geom, to_light)), cos_viewer = abs_f(dot3(hit->surface.n_geom, to_viewer));
   vi possible = is_on_geometric_side(&view, wi, dot3(to_light, view.n_geom)) & (cos_light > 0.0f);
   if (EK_HAS_nested_media) possible = possible & !interface.is_null;
@@ -158,8 +157,6 @@ EK_FN ScatteredPath light_scatter(const ShadeContext* c, const PathHit* hit, con
     const vi refracted = point->material.solid & (next.wi.z < 0.0f);
     exact = exact * (refracted ? point->material.eta * point->material.eta : (vf)(1.0f));
   }
-  if (EK_HAS_SHADING_NORMAL & point->detailed)
-    exact = exact * (next.wi.z > 0.0f ? shadow_terminator(point, point->wo, to_light) : (vf)(1.0f));
   v3 weight = scale3(next.beta, is_null ? (vf)(1.0f) : exact);
   if (ANY(next.survives & !is_exact)) {
     vi faces_away;

@@ -111,8 +111,7 @@ EK_FN uint direct_light_cast(const ShadeContext* c, const ShadingPoint* point, P
     shadow.radiance = scale3(shadow.radiance, light_coat(c->scene, light, shadow.wi));
   const v3 wi = to_local(point->basis, shadow.wi);
   const BsdfValue bsdf = bsdf_evaluate(point->material, point->wo, wi);
-  v3 f = bsdf.f;
-  if (EK_HAS_SHADING_NORMAL & point->detailed) f = scale3(f, shadow_terminator(point, wi, shadow.wi));
+  const v3 f = bsdf.f;
   vf weight = (vf)(1.0f);
   if (EK_HAS_bsdf_emission) {
     weight = power_heuristic(shadow.pdf * EK_LIGHT_MEAN, bsdf.pdf);

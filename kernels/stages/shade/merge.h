@@ -65,8 +65,7 @@ EK_FN void add_merged_light(const ShadeContext* c, const PathHit* hit, const Sha
     if (frame->max_depth != 0u) near = near & (edges + photon_edges <= frame->max_depth);
     const v3 dir = photon_v3(map.photons, first_word + (uint)PHOTON_dir_x), wi = to_local(point->basis, dir);
     near = near & is_on_geometric_side(point, wi, dot3(dir, point->n_geom));
-    v3 f = bsdf_evaluate(point->material, point->wo, wi).f;
-    if (EK_HAS_SHADING_NORMAL & point->detailed) f = scale3(f, shadow_terminator(point, wi, dir));
+    const v3 f = bsdf_evaluate(point->material, point->wo, wi).f;
     const v3 power = photon_v3(map.photons, first_word + (uint)PHOTON_r);
     const v3 arriving = scale3(mul3(point->beta, mul3(f, power)), (vf)(frame->photon_weight));
     sum = select3(near, add3(sum, arriving), sum);

@@ -33,7 +33,6 @@ EK_FN void forget_point(ShadingPoint* point, uint nothing) {
   forget_f(&m->clearcoat_alpha, nothing);
 #if EK_HAS_clearcoat_normal
   forget_3(&m->clearcoat_normal, nothing);
-  forget_3(&m->n_geom, nothing);
 #endif
   forget_3(&m->sheen, nothing);
   forget_f(&m->sheen_roughness, nothing);

@@ -56,8 +56,6 @@ EK_FN ScatteredPath scatter_direction(const ShadeContext* c, const PathHit* hit,
 EK_FN ScatteredPath scatter(const ShadeContext* c, const PathHit* hit, const ShadingPoint* point) {
   ScatteredPath next = scatter_direction(c, hit, point);
   next.beta = mul3(point->beta, next.beta);
-  if (EK_HAS_SHADING_NORMAL & point->detailed)
-    next.beta = scale3(next.beta, shadow_terminator(point, next.wi, next.dir));
   next.survives = next.survives & (max_component(abs3(next.beta)) > 0.0f);
   if (!(EK_HAS_bsdf_emission | EK_HAS_next_event)) next.survives = (vi)(0);
   if (EK_HAS_whitted) next.survives = next.survives & (next.pdf < 0.0f);

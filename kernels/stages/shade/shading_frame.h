@@ -2,12 +2,9 @@
 // Steps of stage `shade`: the normals of a hit, and the local frame in which its BSDF is evaluated.
 #ifndef EK_SHADE_SHADING_FRAME_H
 #define EK_SHADE_SHADING_FRAME_H
-#include "bsdf/terminator.h"
 #include "stages/shade/context.h"
 #include "surface/medium.h"
 #include "surface/shading_normal.h"
-
-#define EK_HAS_SHADING_NORMAL (EK_HAS_vertex_normal | EK_HAS_normal_texture)
 
 /// The normal of a hit by vertex normals and normal map, on the viewer's side.
 EK_FN v3 hit_raw_normal(const ShadeContext* c, const PathHit* hit, const HitMaterial* material) {
@@ -87,6 +84,8 @@ EK_FN void shading_frame(const ShadeContext* c, const PathHit* hit, const HitMat
     point->basis = basis_along(point->basis, anisotropy_direction(*material, hit->attributes, n_front));
   point->wo = to_local(point->basis, wo_world);
   point->both_sides = (point->material.lobes & (1u << LOBE_transmission)) != 0u;
+  const v3 up = V3((vf)(0.0f), (vf)(0.0f), (vf)(1.0f));
+  set_geometric_normal(&point->material, select3(point->is_flat_lambert, up, to_local(point->basis, point->n_geom)), point->detailed);
   v3 n_light = point->n_shade;
   const vi transmits = point->both_sides;
   if (EK_HAS_clearcoat_normal & point->detailed) {
@@ -100,7 +99,6 @@ EK_FN void shading_frame(const ShadeContext* c, const PathHit* hit, const HitMat
     const vi has_own = (point->material.clearcoat > 0.0f) & (dot3(apart, apart) > 0.0f);
     n_light = select3(has_own, point->n_geom, n_light);
     point->both_sides = point->both_sides | has_own;
-    set_geometric_normal(&point->material, to_local(point->basis, point->n_geom));
   }
   // Reflected rays begin at this point, so the tree gives a light that such a ray meets the
   // probability it has here, bit for bit.
@@ -110,7 +108,7 @@ EK_FN void shading_frame(const ShadeContext* c, const PathHit* hit, const HitMat
   point->light_context.packed_normal = EK_HAS_light_tree ? pack_normal(n_light, transmits) : (vu)(0u);
 }
 
-/// Mask of the lanes whose BSDF tells the sides of the surface itself, and hides terminators, for each part (clearcoat.h).
+/// Mask of the lanes whose BSDF tells the sides of the surface itself for each part (clearcoat.h).
 EK_FN vi bsdf_has_sides(const ShadingPoint* point) {
   return EK_HAS_clearcoat_normal ? point->material.clearcoat > 0.0f : (vi)(0);
 }
@@ -131,16 +129,6 @@ EK_FN vi is_on_geometric_side(const ShadingPoint* point, v3 wi, vf cos_geom) {
   const vi reflected = above & (cos_geom > 0.0f);
   if (!EK_HAS_transmission) return reflected;
   return reflected | ((wi.z < 0.0f) & (cos_geom < 0.0f));
-}
-
-/// Factor of light that is reflected from or to wi, which hides the terminator of the shading
-/// normals (terminator_factor) as far as the material wants it; 1 for transmitted light, and where the BSDF has applied it.
-EK_FN vf shadow_terminator(const ShadingPoint* point, v3 wi, v3 wi_world) {
-  const vf factor = terminator_factor(dot3(wi_world, point->n_geom), wi.z, dot3(point->n_geom, point->n_shade));
-  const vf share = terminator_share(point->material);
-  vi wanted = (wi.z > 0.0f) & !point->is_flat_lambert;
-  if (EK_HAS_clearcoat_normal) wanted = wanted & !bsdf_has_sides(point);
-  return wanted ? (1.0f - share) + share * factor : (vf)(1.0f);
 }
 
 #endif

@@ -1,23 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // A coat has a normal of its own: that of the mesh, or of the coat's own map, in whatever way a map turns the normal of what lies below.
-#include "render/scene_builder.h"
+#include "render/materials/leaning_floor.h"
 
 namespace eikon::test {
 namespace {
-
-/// A normal map that leans the same way everywhere. tilt_deg: of its normal, towards u
-Texture add_leaning_map(Scene& scene, double tilt_deg) {
-  const auto byte = [](double x) { return static_cast<std::uint32_t>(std::lround(127.5 + 127.5 * x)); };
-  const double tilt = tilt_deg * kPi / 180;
-  TextureImage image;
-  image.name = "leaning";
-  image.width = image.height = 1;
-  image.rgba8 = {byte(std::sin(tilt)) | byte(0) << 8 | byte(std::cos(tilt)) << 16 | 0xff000000U};
-  scene.images.push_back(image);
-  Texture texture;
-  texture.image = static_cast<std::uint32_t>(scene.images.size() - 1);
-  return texture;
-}
 
 Material coated(float albedo, float roughness) {
   Material material = lambert(albedo);
@@ -26,27 +12,12 @@ Material coated(float albedo, float roughness) {
   return material;
 }
 
-/// A square of the plane y = 0 under a camera at this angle with its normal, on the side of +x. u grows along x.
-std::pair<Scene, Settings> coated_floor(const Material& material, double view_deg, std::uint64_t spp) {
-  Scene scene;
-  Primitive floor;
-  add_quad(floor, {-10, 0, 10}, {20, 0, 0}, {0, 0, -20});
-  floor.uv[0].assign(floor.positions_object.size(), glm::vec2(0));
-  floor.tangents_object.assign(floor.positions_object.size(), {1, 0, 0, 1});
-  add_mesh(scene, "floor", std::move(floor), material);
-  Settings settings = settings_for(4, 4, spp);
-  const double view = view_deg * kPi / 180;
-  settings.camera = look_at_camera({std::sin(view), std::cos(view), 0}, {0, 0, 0}, {0, 0, 1}, 0.001);
-  settings.environment.radiance = glm::vec3(0);
-  return {std::move(scene), settings};
-}
-
 double coat_reflectance(double cosine) { return 0.04 + 0.96 * std::pow(1 - cosine, 5); }
 
 TEST(CoatNormals, a_mirror_coat_reflects_alike_however_the_base_leans) {
   for (const LightSampling sampling : {LightSampling::mis, LightSampling::light, LightSampling::bsdf})
     for (const double tilt : {-60.0, -37.0, 37.0, 60.0}) {
-      auto [scene, settings] = coated_floor(coated(0, 0), 60, 256);
+      auto [scene, settings] = floor_of(coated(0, 0), 60, 256);
       scene.materials[0].normal_texture = add_leaning_map(scene, tilt);
       settings.environment.radiance = glm::vec3(1);
       settings.light_sampling = sampling;
@@ -57,7 +28,7 @@ TEST(CoatNormals, a_mirror_coat_reflects_alike_however_the_base_leans) {
 
 TEST(CoatNormals, a_mirror_coat_of_a_leaning_map_loses_nothing_to_the_terminator) {
   for (const double tilt : {10.0, 25.0}) {  // away from the view, so that what it reflects leaves near the horizon
-    auto [scene, settings] = coated_floor(coated(0, 0), 30, 256);
+    auto [scene, settings] = floor_of(coated(0, 0), 30, 256);
     scene.materials[0].clearcoat_normal_texture = add_leaning_map(scene, -tilt);
     settings.environment.radiance = glm::vec3(1);
     const MeanAndError seen = mean_of(film_of(scene, settings));
@@ -76,7 +47,7 @@ double rough_coat_radiance(double alpha, double light_deg) {
 TEST(CoatNormals, a_rough_coat_under_a_distant_light_has_its_radiance_however_the_base_leans) {
   for (const double tilt : {0.0, 53.0, -53.0})  // to the light, and so far from it that the base is dark
     for (const double light_deg : {20.0, 50.0, 75.0}) {
-      auto [scene, settings] = coated_floor(coated(0, 0.6F), 0, 16);
+      auto [scene, settings] = floor_of(coated(0, 0.6F), 0, 16);
       scene.materials[0].normal_texture = add_leaning_map(scene, tilt);
       PunctualLight sun;
       sun.kind = LightKind::directional;
@@ -97,7 +68,7 @@ TEST(CoatNormals, every_way_to_find_light_agrees_on_a_coat_over_another_normal) 
     material.roughness = 0.4F;
     material.transmission = transmission;
     if (transmission > 0) material.specular = 1;
-    auto [scene, settings] = coated_floor(material, -30, 8192);
+    auto [scene, settings] = floor_of(material, -30, 8192);
     scene.materials[0].normal_texture = add_leaning_map(scene, -53);
     scene.materials[0].clearcoat_normal_texture = add_leaning_map(scene, 15);
     for (const float side : {-1.0F, 1.0F}) {
@@ -123,7 +94,7 @@ TEST(CoatNormals, every_way_to_find_light_agrees_on_a_coat_over_another_normal) 
 
 TEST(CoatNormals, every_device_renders_the_same_coat_over_another_normal) {
   const auto bits = [](std::uint32_t lanes, bool chunked) {
-    auto [scene, settings] = coated_floor(coated(0.5F, 0.5F), 30, 64);
+    auto [scene, settings] = floor_of(coated(0.5F, 0.5F), 30, 64);
     scene.materials[0].normal_texture = add_leaning_map(scene, -53);
     settings.environment.radiance = glm::vec3(1);
     Execution execution;

@@ -72,7 +72,7 @@ TEST(ShadingNormals, M19_no_sample_of_a_white_ball_is_brighter_than_the_sky_arou
 TEST(ShadingNormals, a_silhouette_has_no_black_pixel) {
   // What a white metal must keep: usable_normal leaves the mirror direction above the face, so at least half of the lobe around
   // it; single scattering of a flat metal of roughness 0.3 keeps 0.88 or more of that at any view (0.95 at 0.05); the terminator
-  // takes 0.09 of it at most, terminator_share. Together 0.4. The share of 256 samples that leave, each all or nothing, has a
+  // takes 0.09 of it at most, glossy_terminator. Together 0.4. The share of 256 samples that leave, each all or nothing, has a
   // deviation of 0.031: 0.25 is 4.9 of them below, which in the 1500 pixels of the ball happens once in a thousand such tests.
   // With the whole fade on reflections it was 0.02 for the sharpest here. Lambert keeps more.
   std::vector<Material> materials{lambert(1)};
