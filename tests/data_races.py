@@ -52,8 +52,9 @@ CAMERAS = [{**PERSPECTIVE, "extensions": {"EIKON_camera_lens": {"radius": 0.01, 
            {**PERSPECTIVE, "extensions": {"EIKON_camera_panorama": {}}},
            {"type": "orthographic", "orthographic": {"xmag": 2, "ymag": 2, "znear": 0.01, "zfar": 100}}]
 
-# (scene, options). The first camera of `everything` is a plain one; `unmeasured` lacks the measured material. Oclgrind takes long to
-# clear what it keeps for each byte of the buffers, so memory is little and the large table is in one run.
+# (scene, options). The first camera of `everything` is a plain one; `unmeasured` lacks the measured
+# material. Oclgrind takes long to clear what it keeps for each byte of the buffers, so memory is
+# little and the large table is in one run.
 RUNS = [
     ("everything", "--memory 48M --transparent --filter gaussian --roulette 0.8 --energy-compensation on --max-depth 4"),
     ("unmeasured", "--memory 8M --camera 1 --layout bvh4 --integrator direct --light-samples 3"),

@@ -37,8 +37,8 @@ class RelMse(unittest.TestCase):
         noisy = [truth + 0.02 * random.standard_normal(size) for _ in range(4)]
         reference = error_time.Reference(noisy)
         relative = truth ** 2 + 0.01
-        # Of 30,000 values the mean square has a standard deviation of 0.8 %; 5 % is more than four, and the reference's
-        # noise in the denominator adds 0.2 %.
+        # Of 30,000 values the mean square has a standard deviation of 0.8 %; 5 % is more than four,
+        # and the reference's noise in the denominator adds 0.2 %.
         self.assertAlmostEqual(reference.relmse * relative / 1e-4, 1, delta=0.05)
         test = truth + 0.01 * random.standard_normal(size)
         self.assertAlmostEqual(error_time.relmse(test, reference.mean) * relative / 2e-4, 1, delta=0.05)  # twice too much

@@ -1,7 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Measures eikon on a machine's GPUs and leaves all that was found in one archive, with a page of tables.
-#   tools/bench_gpu.sh                     builds eikon, then takes a quarter of an hour on a fast GPU
+# Measures eikon on a machine's GPUs and leaves all that was found in one archive, with a page of
+# tables.
+#   tools/bench_gpu.sh                     builds eikon, then takes a quarter of an hour on a fast
+#                                          GPU
 #   tools/bench_gpu.sh --eikon FILE        takes a program that is there
 #   tools/bench_gpu.sh --help              devices, steps, sizes
 # tools/gpu/README.md says what the tables mean.

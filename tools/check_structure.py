@@ -8,6 +8,7 @@
 - A folder includes only folders above it in HOST_ORDER or KERNEL_ORDER, and no header includes itself through others.
 - Folders, files, functions and parameter lists keep to LIMITS. What exceeds one for a good reason stands in
   tools/structure_exceptions.txt with that reason; an exception that is no longer needed is a breach too.
+- Lines that hold nothing but a comment have at most COMMENT_COLUMNS columns.
 - Every kernel header compiles alone (needs clang; CLANG names another one than clang-14), but for those that the file
   of exceptions lists as "header": they are written once and included several times with other macros.
 """
@@ -27,6 +28,7 @@ HOST_ORDER = ["core", "io", "formula", "image", "scene", "gltf", "accel", "devic
 KERNEL_ORDER = ["shared", "lanes", "guide", "bsdf", "surface", "shapes", "traverse", "lights", "film", "stages", "probe"]
 LIMITS = {"folder": 22, "file": 400, "function": 60, "parameters": 6, "header": 0}
 UNITS = {"folder": "files", "file": "lines", "function": "lines", "parameters": "parameters"}
+COMMENT_COLUMNS = 100
 EXCEPTIONS = ROOT / "tools/structure_exceptions.txt"
 INCLUDE = re.compile(r'^\s*#\s*include "([^"]+)"', re.MULTILINE)
 
@@ -196,6 +198,14 @@ def size_breaches():
         yield f"tools/structure_exceptions.txt: {kind} {place} needs no exception"
 
 
+def comment_breaches():
+    """Lines of comments that are too long to read."""
+    for path in sources():
+        for number, line in enumerate((ROOT / path).read_text().splitlines(), 1):
+            if len(line) > COMMENT_COLUMNS and line.lstrip().startswith("//"):
+                yield f"{path}:{number}: a comment of {len(line)} columns, at most {COMMENT_COLUMNS}"
+
+
 def lone_header_breaches():
     """Kernel headers that do not compile when nothing is included before them."""
     clang = os.environ.get("CLANG", "clang-14")
@@ -238,7 +248,7 @@ def main():
                 print(f"{kind:10} {place:80} {number}")
         return 0
     graph = {p: list(included(p, (ROOT / p).read_text())) for p in sources() if p.parts[0] != "tests"}
-    breaches = [*edge_breaches(graph), *cycle_breaches(graph), *size_breaches(), *lone_header_breaches()]
+    breaches = [*edge_breaches(graph), *cycle_breaches(graph), *size_breaches(), *comment_breaches(), *lone_header_breaches()]
     for breach in breaches:
         print(breach)
     print(f"check_structure: {len(graph)} files, {len(breaches)} breaches" if breaches

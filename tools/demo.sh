@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# From a fresh clone to a picture: installs what is missing, builds Release, renders the Cornell box, says where it is.
+# From a fresh clone to a picture: installs what is missing, builds Release, renders the Cornell
+# box, says where it is.
 # Arguments replace the settings of the render, e.g.  tools/demo.sh --size 1024x1024 --spp 1024
 set -euo pipefail
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"

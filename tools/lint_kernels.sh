@@ -1,8 +1,10 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Compiles every stage offline: no device is needed, warnings are errors. The kernel `paths` includes the code of every stage of
-# a path, so it alone is compiled with every layout and with each feature alone; the others with all features and with none.
-# At last no division and no root may be left that the driver has to round (kernels/lanes/division.h), with each feature alone and all.
+# Compiles every stage offline: no device is needed, warnings are errors. The kernel `paths`
+# includes the code of every stage of a path, so it alone is compiled with every layout and with
+# each feature alone; the others with all features and with none. At last no division and no root
+# may be left that the driver has to round (kernels/lanes/division.h), with each feature alone and
+# all.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 clang=${CLANG:-clang-14}
@@ -59,11 +61,13 @@ no_division() {
   fi
   count=$((count + 1))
 }
-# Clang makes no code of features that are out, nor of the ways that are for scenes without a feature.
+# Clang makes no code of features that are out, nor of the ways that are for scenes without a
+# feature.
 for layout in none bvh2 bvh4 cwbvh grid octree kdtree bsp; do no_division paths "$layout" all; done
 for feature in none "${features[@]}"; do no_division paths bvh2 "$feature"; done
 for stage in light_paths film; do no_division "$stage" bvh2 all; done
-# The compilers of some GPUs refuse builtins for pointers to global memory, which Clang takes, so a GPU gets none but these.
+# The compilers of some GPUs refuse builtins for pointers to global memory, which Clang takes, so a
+# GPU gets none but these.
 for stage in "${stages[@]}"; do
   lint "$stage" 1 0 bvh2 all 0 --target=spir64 -E -o "$code"
   if grep -oE '__builtin_[a-z0-9_]+' "$code" | grep -vxE '__builtin_(astype|ctz|inff|offsetof)'; then

@@ -53,7 +53,8 @@ def make(lights):
             gltf.place("ball", ball_meshes[(i + 2 * j) % len(clay)], translation=list(centres[-1]))
             total += len(pillar[1]) + len(ball[1])
 
-    # A lamp of radius r and radiance L has the power 4 pi^2 r^2 L: both vary, each by half a decade.
+    # A lamp of radius r and radiance L has the power 4 pi^2 r^2 L: both vary, each by half a
+    # decade.
     lamp = sphere(1.0, 0)
     lamp_meshes = []
     for n in range(COLORS):

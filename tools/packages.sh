@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-# shellcheck shell=bash disable=SC2034
-# The one list of Debian packages (names of Debian 12). Sourced by setup.sh; nothing else names a package.
+# shellcheck shell=bash disable=SC2034 The one list of Debian packages (names of Debian 12). Sourced
+# by setup.sh; nothing else names a package.
 
-# To configure, build and run eikon. libtinygltf-dev does not pull in the JSON header that it includes, so
-# nlohmann-json3-dev is named too. pocl-opencl-icd is an OpenCL device for any CPU; drivers of other devices are
-# found through /etc/OpenCL/vendors and are not ours to install.
+# To configure, build and run eikon. libtinygltf-dev does not pull in the JSON header that it
+# includes, so nlohmann-json3-dev is named too. pocl-opencl-icd is an OpenCL device for any CPU;
+# drivers of other devices are found through /etc/OpenCL/vendors and are not ours to install.
 build_packages=(
   ca-certificates git
   g++ cmake ninja-build pkg-config
@@ -16,13 +16,13 @@ build_packages=(
   libembree-dev
 )
 
-# For the tests: GoogleTest; Oclgrind, a second OpenCL implementation to compare bits with; clang to check the
-# kernels without a device and, with the runtime of its sanitizers, to build the reader of scenes; Python for the scene generators, numpy as the reference of the image metrics;
-# locales for one whose numbers have a decimal comma; venv for what test.sh takes from PyPI; dev for the module
-# that Python loads;
-# Slurm and its munge for the cluster of two nodes that the tests of the farm start;
-# zsh and fish, whose completion is tried; mandoc for the manual pages; dpkg-dev for the package;
-# Chromium and what drives it, for the page of the view.
+# For the tests: GoogleTest; Oclgrind, a second OpenCL implementation to compare bits with; clang to
+# check the kernels without a device and, with the runtime of its sanitizers, to build the reader of
+# scenes; Python for the scene generators, numpy as the reference of the image metrics; locales for
+# one whose numbers have a decimal comma; venv for what test.sh takes from PyPI; dev for the module
+# that Python loads; Slurm and its munge for the cluster of two nodes that the tests of the farm
+# start; zsh and fish, whose completion is tried; mandoc for the manual pages; dpkg-dev for the
+# package; Chromium and what drives it, for the page of the view.
 test_packages=(
   libgtest-dev
   oclgrind clang-14 libclang-rt-14-dev
@@ -33,8 +33,9 @@ test_packages=(
   chromium chromium-driver python3-selenium
 )
 
-# Compilers of GPUs, which tools/gpu/fetch_compilers.sh unpacks into a folder and does not install: an OpenCL driver more would
-# change which devices a render finds. Clang for AMD's code and NVIDIA's PTX; ocloc for Intel's.
+# Compilers of GPUs, which tools/gpu/fetch_compilers.sh unpacks into a folder and does not install:
+# an OpenCL driver more would change which devices a render finds. Clang for AMD's code and NVIDIA's
+# PTX; ocloc for Intel's.
 gpu_packages=(
   clang-19 libclang-cpp19 libllvm19 libclang-common-19-dev libclc-19 libclc-19-dev
   intel-opencl-icd libigc1 libigdfcl1 libigdgmm12 libopencl-clang14 libllvmspirvlib14

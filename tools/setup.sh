@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Installs what eikon needs and this machine lacks, on Debian 12; elsewhere names the packages and stops.
+# Installs what eikon needs and this machine lacks, on Debian 12; elsewhere names the packages and
+# stops.
 #   tools/setup.sh          what building and running needs
 #   tools/setup.sh tests    that, and what the tests need
 # Asks nothing; touches the package manager only when something is missing.

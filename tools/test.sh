@@ -1,19 +1,22 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Installs what is missing, builds Release with the tests, runs all of them. Extra arguments go to ctest, e.g.
+# Installs what is missing, builds Release with the tests, runs all of them. Extra arguments go to
+# ctest, e.g.
 #   tools/test.sh -L unit        only one kind: unit, kernels, render, cli
 set -euo pipefail
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
 build="$root/build-tests"
 
 "$root/tools/setup.sh" tests
-# What reads scenes, under sanitizers: the corpus of damaged scenes runs against it. Clang builds it without optimisation in a
-# third of the time that GCC takes, and the corpus takes no longer than with -Og.
+# What reads scenes, under sanitizers: the corpus of damaged scenes runs against it. Clang builds it
+# without optimisation in a third of the time that GCC takes, and the corpus takes no longer than
+# with -Og.
 sanitized="$build/reader"
 cmake --log-level=WARNING -S "$root" -B "$sanitized" -G Ninja -DCMAKE_BUILD_TYPE=Release "-DCMAKE_CXX_FLAGS_RELEASE=-O0" \
   -DCMAKE_CXX_COMPILER=clang++-14 -DCMAKE_UNITY_BUILD=ON -DEIKON_TESTS=ON -DEIKON_SANITIZE=address,undefined
 cmake --build "$sanitized" --target corpus_reader
-# nanobind, which no package of Debian 12 has, binds the module for Python. Without it the tests of the package are left out.
+# nanobind, which no package of Debian 12 has, binds the module for Python. Without it the tests of
+# the package are left out.
 python="$build/python"
 nanobind="$python/bin/python -m nanobind --cmake_dir"
 $nanobind >/dev/null 2>&1 ||
@@ -26,7 +29,8 @@ cmake --log-level=WARNING -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Rel
   -DCMAKE_UNITY_BUILD=ON "-DEIKON_SANITIZED_READER=$sanitized/tests/corpus_reader" "${binding[@]}"
 cmake --build "$build"
 
-# Open Image Denoise, which no package of Debian 12 has. Without it one test is left out, and says so.
+# Open Image Denoise, which no package of Debian 12 has. Without it one test is left out, and says
+# so.
 library="lib/python3*/site-packages/pyoidn/oidn/lib/libOpenImageDenoise.so.2"
 if [[ -z "${EIKON_OIDN-}" ]]; then
   # shellcheck disable=SC2086
@@ -37,7 +41,8 @@ if [[ -z "${EIKON_OIDN-}" ]]; then
   EIKON_OIDN="$(compgen -G "$python"/$library || true)"
   export EIKON_OIDN
 fi
-# The encoder of Basis Universal and the decoder that belongs to it, in no package of Debian 12. Without them one test is left out.
+# The encoder of Basis Universal and the decoder that belongs to it, in no package of Debian 12.
+# Without them one test is left out.
 if [[ -z "${EIKON_BASISU-}" ]]; then
   "$python/bin/python" -c 'import alktx2' 2>/dev/null ||
     { python3 -m venv "$python" && "$python/bin/pip" install --quiet --no-deps --retries 1 --timeout 60 alktx2==0.1.7; } ||

@@ -24,8 +24,9 @@ namespace {
 constexpr std::uint64_t kMediumBytes = 1'500'000;
 constexpr std::uint64_t kLargeBytes = 16'000'000;
 
-/// Rounds up the entries of a ray's stack, so that similar scenes share a program. On GPU devices each
-/// work-item has memory for its stack, which competes for caches with that of thousands of others.
+/// Rounds up the entries of a ray's stack, so that similar scenes share a program. On GPU devices
+/// each work-item has memory for its stack, which competes for caches with that of thousands of
+/// others.
 std::uint32_t in_steps(std::uint32_t stack_size, const std::string& layout) {
   const std::uint32_t step = layout == "cwbvh" ? 8 : layout == "bvh2" ? 16 : layout == "bvh4" ? 32 : 64;
   return (stack_size + step - 1) / step * step;
@@ -42,8 +43,8 @@ const std::vector<std::string>& tree_layouts() {
 }
 
 std::uint64_t expected_tree_bytes(const std::string& layout, std::uint64_t triangles) {
-  // Measured over the shipped scenes and tools/make_dense.py, of 320 to 2 million triangles: 60 to 76
-  // in bvh16, 58 to 73 in bvh8, 32 to 36 in bvh2, 16 to 18 in bvh4, 11 to 13 in cwbvh.
+  // Measured over the shipped scenes and tools/make_dense.py, of 320 to 2 million triangles: 60 to
+  // 76 in bvh16, 58 to 73 in bvh8, 32 to 36 in bvh2, 16 to 18 in bvh4, 11 to 13 in cwbvh.
   static const std::map<std::string, std::uint64_t> bytes_per_triangle{
       {"bvh16", 64}, {"bvh8", 62}, {"bvh2", 34}, {"bvh4", 17}, {"cwbvh", 12}};
   return triangles * bytes_per_triangle.at(layout);

@@ -15,7 +15,8 @@ namespace eikon {
 
 /// A view of world-space corners, metres: nine floats p0, p1, p2 for each triangle, which lie
 /// `stride` floats apart. The triangles may be followed by boxes of other things that a ray can
-/// hit: p0 and p1 are their corners, and p2 is NaN. So are triangles that move, wherever they stand.
+/// hit: p0 and p1 are their corners, and p2 is NaN. So are triangles that move, wherever they
+/// stand.
 class TriangleSoup {
  public:
   TriangleSoup(std::span<const float> positions)
@@ -38,7 +39,8 @@ class TriangleSoup {
   const std::uint32_t* moves_ = nullptr;
 };
 
-/// The corners of triangles at each pose while the shutter is open. Every triangle of the tree moves.
+/// The corners of triangles at each pose while the shutter is open. Every triangle of the tree
+/// moves.
 struct TrianglePoses {
   const std::uint32_t* motion = nullptr;  // per triangle: 1 + its first record among `corners`
   const float* corners = nullptr;         // nine floats for each pose, `stride` floats apart
@@ -51,8 +53,8 @@ const std::vector<std::string>& tree_layouts();
 /// True for bvh16 and bvh8, in which vectors hold the boxes of a node.
 [[nodiscard]] bool is_wide(const std::string& layout);
 
-/// About what the tree of so many triangles takes in this layout (of tree_layouts()): a fifth more or
-/// less, but for scenes of less than a few hundred triangles.
+/// About what the tree of so many triangles takes in this layout (of tree_layouts()): a fifth more
+/// or less, but for scenes of less than a few hundred triangles.
 [[nodiscard]] std::uint64_t expected_tree_bytes(const std::string& layout, std::uint64_t triangles);
 
 /// Set in a child word of most structures if the child is a leaf.
@@ -65,8 +67,8 @@ struct Accel {
   DeviceVector<std::uint32_t> nodes{};       // words; never empty (a dummy where there is no tree)
   DeviceVector<std::uint32_t> leaves{};      // words
   DeviceVector<InstanceRecord> instances{};  // of meshes that have trees of their own (two_level.h)
-  // The tree of the triangles that move, whose boxes follow them (kernels/traverse/motion_tree.h); empty in a scene where
-  // nothing can move, or without a tree.
+  // The tree of the triangles that move, whose boxes follow them (kernels/traverse/motion_tree.h);
+  // empty in a scene where nothing can move, or without a tree.
   DeviceVector<std::uint32_t> motion_nodes{}, motion_leaves{};
   // Entries that suffice for any traversal (EK_STACK_SIZE). They grow in coarse steps, so that
   // programs are seldom compiled anew for another tree.
@@ -92,7 +94,8 @@ struct AccelOptions {
   const TrianglePoses* poses = nullptr;  // of the triangles of a bvh2, bvh8 or bvh16; the soup has boxes in their place
 };
 
-/// The concurrency of the arena of TBB in which a tree is built: at most the processors, since TBB warns of more on stderr.
+/// The concurrency of the arena of TBB in which a tree is built: at most the processors, since TBB
+/// warns of more on stderr.
 [[nodiscard]] int arena_size(const AccelOptions& options);
 
 /// throws UsageError for an unknown accel or layout. Degenerate triangles (zero area) are left out

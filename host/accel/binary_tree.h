@@ -31,9 +31,9 @@ struct BinaryNode {
 struct BinaryTree {
   BigVector<BinaryNode> nodes;         // nodes[0] is the root; empty when there is no triangle
   BigVector<std::uint32_t> triangles;  // indices into the soup, in the order of the leaves
-  // In a scene of two levels, indices from first_instance on are instances, which share no leaf with
-  // triangles; instances_before counts the instances before each entry of `triangles`, and in all. It
-  // is empty otherwise.
+  // In a scene of two levels, indices from first_instance on are instances, which share no leaf
+  // with triangles; instances_before counts the instances before each entry of `triangles`, and in
+  // all. It is empty otherwise.
   std::uint32_t first_instance = 0xffffffffU;
   BigVector<std::uint32_t> instances_before{};
   bool is_part = false;  // the tree is one of a scene in two levels

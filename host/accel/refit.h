@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Trees of a scene whose triangles move from frame to frame: the nodes stay, and their boxes follow.
+// Trees of a scene whose triangles move from frame to frame: the nodes stay, and their boxes
+// follow.
 #pragma once
 #include <map>
 #include <memory>
@@ -11,23 +12,25 @@
 
 namespace eikon {
 
-/// A refitted tree is used as long as the expected cost of a ray through it is at most so many times that of the tree when
-/// it was built.
+/// A refitted tree is used as long as the expected cost of a ray through it is at most so many
+/// times that of the tree when it was built.
 inline constexpr double kMostRefitCost = 1.1;
 
-/// The areas of all boxes of a bvh2, bvh8 or bvh16 in one level, over that of the root: what the cost of a ray follows.
-/// Infinite where the root has no area, and for other trees.
+/// The areas of all boxes of a bvh2, bvh8 or bvh16 in one level, over that of the root: what the
+/// cost of a ray follows. Infinite where the root has no area, and for other trees.
 [[nodiscard]] double tree_area(const Accel& tree);
 
-/// Fits the boxes and leaves of such a tree to triangles that stand elsewhere. Rays get the hits that any other tree of the
-/// triangles gives them.
-/// returns  nothing if other triangles than those of the tree can be hit now, or if the tree is of another kind
+/// Fits the boxes and leaves of such a tree to triangles that stand elsewhere. Rays get the hits
+/// that any other tree of the triangles gives them.
+/// returns  nothing if other triangles than those of the tree can be hit now, or if the tree is of
+///          another kind
 [[nodiscard]] std::optional<Accel> refit(const Accel& tree, TriangleSoup triangles);
 
 /// The trees that were built for the frames of one file. Any thread may call it.
 class TreeMemory {
  public:
-  /// As build_accel(), but for a tree that is refitted where that is as good. throws as build_accel()
+  /// As build_accel(), but for a tree that is refitted where that is as good. throws as
+  /// build_accel()
   [[nodiscard]] Accel tree(TriangleSoup triangles, const AccelOptions& options);
 
  private:

@@ -155,8 +155,8 @@ CommandHelp describe(const CLI::App& app, const std::string& parents, const std:
   return help;
 }
 
-/// CLI11 takes the next word for a flag's value, also where that word is a flag, and a file would get its name.
-/// throws UsageError unless such a value is written as --flag=--other
+/// CLI11 takes the next word for a flag's value, also where that word is a flag, and a file would
+/// get its name. throws UsageError unless such a value is written as --flag=--other
 void refuse_flags_as_values(const CLI::App& named, const std::vector<std::string>& words) {
   const auto flag_of = [&](const std::string& word) {
     return word.starts_with('-') ? named.get_option_no_throw(word.substr(0, word.find('='))) : nullptr;
@@ -242,8 +242,8 @@ void CommandFlags::choice(const FlagText& flag, std::string& value, const std::v
   choice<std::string>(flag, value, values);
 }
 
-// CLI11 calls it the name of the values' type, says it in messages about values that are missing, and leaves it out of --help,
-// where FlagText has a placeholder for it.
+// CLI11 calls it the name of the values' type, says it in messages about values that are missing,
+// and leaves it out of --help, where FlagText has a placeholder for it.
 void CommandFlags::suggest(const std::string& name, const std::vector<std::string>& words) {
   app_->get_option(name)->type_name(fmt::format("{}", fmt::join(words, "|")));
 }

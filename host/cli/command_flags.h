@@ -70,7 +70,8 @@ class CommandFlags {
     suggest(name, words);
   }
   void choice(const FlagText& flag, std::string& value, const std::vector<std::string>& words);
-  /// Takes any number of values, which may also be separated by commas where the placeholder has one.
+  /// Takes any number of values, which may also be separated by commas where the placeholder has
+  /// one.
   void list(const FlagText& flag, ParseText parse_each);
   /// Adds --json=FILE, where --json alone means standard output.
   void json(std::string& file, const std::string& about);
@@ -110,8 +111,8 @@ struct GivenFlag {
   void add_to(std::vector<std::string>& words) const;
 };
 
-/// Reads words as the flags that `add` adds. Returns the flags that were given, in the order in which `add` adds them.
-/// throws UsageError
+/// Reads words as the flags that `add` adds. Returns the flags that were given, in the order in
+/// which `add` adds them. throws UsageError
 [[nodiscard]] std::vector<GivenFlag> parse_words(const std::vector<std::string>& words,
                                                  const std::function<void(CommandFlags)>& add);
 

@@ -24,7 +24,8 @@ void add_bench_scene(CommandFlags& bench, Command& chosen);
 
 /// Adds every command.
 void add_commands(CommandFlags& root, Command& chosen);
-/// The text behind the list of commands in `eikon --help`: an example, exit codes, and environment variables.
+/// The text behind the list of commands in `eikon --help`: an example, exit codes, and environment
+/// variables.
 [[nodiscard]] std::string root_footer();
 /// The text of --help of all commands.
 [[nodiscard]] CommandHelp describe_commands();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The flags that several commands share: what is rendered and from where, and how the work is done,
-// which never changes the image. Those that add flags to a command refer to options, which must live
-// as long as the parser.
+// which never changes the image. Those that add flags to a command refer to options, which must
+// live as long as the parser.
 #pragma once
 #include <string>
 #include <vector>

@@ -18,7 +18,8 @@
 namespace {
 
 int report(eikon::ExitCode code, const std::string& message) {
-  eikon::print_to_stderr("eikon: {}\n", eikon::printable(eikon::one_line(message)));  // names of files may hold anything
+  // Names of files may hold anything.
+  eikon::print_to_stderr("eikon: {}\n", eikon::printable(eikon::one_line(message)));
   return int(code);
 }
 

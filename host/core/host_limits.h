@@ -22,8 +22,8 @@ struct HostLimits {
 /// Returns the present limits of this process. Files that are missing or malformed limit nothing.
 [[nodiscard]] HostLimits host_limits();
 
-/// Memory of host_limits() when this was first asked; 0 if the system does not say. It is cheap, for
-/// whoever asks once per file.
+/// Memory of host_limits() when this was first asked; 0 if the system does not say. It is cheap,
+/// for whoever asks once per file.
 [[nodiscard]] std::uint64_t usable_memory_bytes();
 
 /// Returns the text of a file, or nothing when there is no such file.
@@ -56,9 +56,9 @@ struct CgroupDirectories {
 [[nodiscard]] CgroupDirectories cgroup_directories(const std::string& cgroup, const std::string& mountinfo,
                                                    const std::string& controller);
 
-/// While the result lives, host-side work of the whole process uses at most so many threads at once;
-/// the least of several such limits holds. 0 stands for what the machine, the affinity mask and the
-/// quota of the control group allow.
+/// While the result lives, host-side work of the whole process uses at most so many threads at
+/// once; the least of several such limits holds. 0 stands for what the machine, the affinity mask
+/// and the quota of the control group allow.
 [[nodiscard]] std::shared_ptr<const void> limit_threads(unsigned threads);
 
 }  // namespace eikon

@@ -13,9 +13,10 @@ void lost_thread_ended();
 /// process at once instead, because destructors of a driver would wait for such a thread, or free
 /// memory that it uses.
 int leave_process(int code);
-/// The same for a process whose main() is not eikon's, such as that of Python: from now on exit() ends it at once while threads
-/// are lost, with the code that exit() has. To be called once a thread is lost, because what is registered for exit() later
-/// comes first, and a driver registers its destructors when it is loaded.
+/// The same for a process whose main() is not eikon's, such as that of Python: from now on exit()
+/// ends it at once while threads are lost, with the code that exit() has. To be called once a
+/// thread is lost, because what is registered for exit() later comes first, and a driver registers
+/// its destructors when it is loaded.
 void leave_process_at_exit();
 
 }  // namespace eikon

@@ -7,8 +7,9 @@
 
 namespace eikon {
 
-/// Spaces out work that holds others up, such as reading a film that devices add to, so that it takes at most a share of
-/// the time. It expects that the next time takes as long as the last one. Only one thread may use it.
+/// Spaces out work that holds others up, such as reading a film that devices add to, so that it
+/// takes at most a share of the time. It expects that the next time takes as long as the last one.
+/// Only one thread may use it.
 class TimeShare {
  public:
   /// share         of the time, 0 < share <= 1

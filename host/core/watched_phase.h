@@ -5,8 +5,9 @@
 
 namespace eikon {
 
-/// Measures how long a phase of another thread's work has taken, for a watchdog that asks often. A long pause between two of its
-/// questions means that the whole process was stopped (as by SIGSTOP), and that time does not count.
+/// Measures how long a phase of another thread's work has taken, for a watchdog that asks often. A
+/// long pause between two of its questions means that the whole process was stopped (as by
+/// SIGSTOP), and that time does not count.
 class WatchedPhase {
  public:
   /// Returns the seconds of the phase so far, without those in which the process was stopped.

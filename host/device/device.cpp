@@ -61,7 +61,8 @@ struct Device::Impl {
     std::uint64_t number = 0;                           // of the commands of both queues, in the order of enqueuing
     std::shared_ptr<Program::Impl> first_of = nullptr;  // whose kernel `name` runs for the first time
   };
-  // Commands that the profiler has yet to get, of `queue` and of `beside`. Those of a queue end in order.
+  // Commands that the profiler has yet to get, of `queue` and of `beside`. Those of a queue end in
+  // order.
   std::deque<Pending> pending, pending_beside;
   std::uint64_t enqueued = 0;  // commands of both queues
 
@@ -95,7 +96,8 @@ struct Device::Impl {
     return end - begin;
   }
 
-  /// Records the commands of one queue up to `last`, as far as they have ended. Returns their seconds.
+  /// Records the commands of one queue up to `last`, as far as they have ended. Returns their
+  /// seconds.
   double resolve(std::deque<Pending>& from, std::uint64_t last) {
     double busy_s = 0;
     for (; !from.empty() && from.front().number <= last; from.pop_front()) {
@@ -109,8 +111,8 @@ struct Device::Impl {
     }
     return busy_s;
   }
-  /// Records all commands that have ended and were enqueued no later than that of the number `last`. It is called where the host has
-  /// waited for the device anyway.
+  /// Records all commands that have ended and were enqueued no later than that of the number
+  /// `last`. It is called where the host has waited for the device anyway.
   void resolve(std::uint64_t last) {
     const double busy_s = resolve(pending, last) + resolve(pending_beside, last);
     if (info.fault) info.fault->slow_down(busy_s);
@@ -140,7 +142,8 @@ struct Device::Impl {
   }
   Ticket enqueue_read(bool on_other_queue, const Buffer& buffer, void* data, std::size_t bytes, std::size_t offset) {
     may_fail(Fault::Call::transfer, "a transfer from the device");
-    // The last command of the work was enqueued after all others of its queue, so they have ended when it has.
+    // The last command of the work was enqueued after all others of its queue, so they have ended
+    // when it has.
     const cl_event before = on_other_queue && !pending.empty() ? pending.back().event.get() : nullptr;
     if (before != nullptr) check(clFlush(queue.get()), "submitting work");
     const cl_command_queue on = on_other_queue ? beside.get() : queue.get();

@@ -46,12 +46,14 @@ struct DeviceInfo {
   // Selected by name or index, not by kind; a render without it has failed.
   bool by_name = false;
   std::shared_ptr<Fault> fault;  // see fault.h; null except in tests
-  // The times of its commands are wanted (profiler.h). A driver may take longer for a command whose times it notes.
+  // The times of its commands are wanted (profiler.h). A driver may take longer for a command whose
+  // times it notes.
   bool timed = true;
 };
 
-/// Returns true if kernels of one lane divide by eikon's own code on a device, as on GPUs that promise no correct rounding, and on
-/// Intel's, whose code for it is several times as long. asked: own, driver, or nothing. throws UsageError
+/// Returns true if kernels of one lane divide by eikon's own code on a device, as on GPUs that
+/// promise no correct rounding, and on Intel's, whose code for it is several times as long. asked:
+/// own, driver, or nothing. throws UsageError
 [[nodiscard]] bool divides_itself(const DeviceInfo& info, const std::string& asked);
 
 /// Returns all devices of all platforms, in the order of the platforms; the list may be empty. CPU
@@ -127,7 +129,8 @@ class Kernel {
   /// Sets one scalar argument for the launches that follow, if the kernel has one of that name.
   void set(const std::string& argument, std::uint32_t value);
   [[nodiscard]] const std::string& name() const;
-  /// The most work-items that the device can have in a work-group of this kernel. throws DeviceError
+  /// The most work-items that the device can have in a work-group of this kernel. throws
+  /// DeviceError
   [[nodiscard]] std::size_t most_work_items() const;
   struct Impl;
 
@@ -193,15 +196,17 @@ class Device {
   /// Like read_later(), but on a device with memory of its own the commands enqueued later do not
   /// wait for it; they must not write to `buffer` before wait().
   Ticket read_beside(const Buffer& buffer, void* data, std::size_t bytes, std::size_t offset = 0);
-  /// Returns the first `bytes` of a buffer for the host to read, in place where the device shares its memory. Blocks until
-  /// everything before it is done. Commands that write to the buffer may be enqueued once all copies of the pointer are gone.
+  /// Returns the first `bytes` of a buffer for the host to read, in place where the device shares
+  /// its memory. Blocks until everything before it is done. Commands that write to the buffer may
+  /// be enqueued once all copies of the pointer are gone.
   [[nodiscard]] std::shared_ptr<const void> map(const Buffer& buffer, std::size_t bytes);
-  /// Blocks until the transfer is done. The profile then has every command of its queue up to it, and those of the other queue that
-  /// were enqueued before it and have ended, but none that was enqueued after it.
+  /// Blocks until the transfer is done. The profile then has every command of its queue up to it,
+  /// and those of the other queue that were enqueued before it and have ended, but none that was
+  /// enqueued after it.
   void wait(const Ticket& ticket);
-  /// Memory of the host for transfers. A device with memory of its own reads and writes it while the host goes on; from
-  /// other memory a driver may copy at once, for which it waits for all that was enqueued before. It must not outlive the
-  /// device. throws DeviceError
+  /// Memory of the host for transfers. A device with memory of its own reads and writes it while
+  /// the host goes on; from other memory a driver may copy at once, for which it waits for all that
+  /// was enqueued before. It must not outlive the device. throws DeviceError
   [[nodiscard]] std::shared_ptr<std::uint32_t[]> transfer_memory(std::size_t words);
   template <class T>
   std::vector<T> read_all(const Buffer& buffer) {

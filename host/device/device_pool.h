@@ -37,7 +37,8 @@ class DevicePool {
     Device* operator->() const { return device_.get(); }
     /// The guest that an earlier lease left, if any; the holder may replace it.
     [[nodiscard]] std::unique_ptr<DeviceGuest>& guest() { return guest_; }
-    /// Closes idle devices of this pool and its siblings until guests on the same hardware hold at most so many bytes.
+    /// Closes idle devices of this pool and its siblings until guests on the same hardware hold at
+    /// most so many bytes.
     void hold_idle_to(std::uint64_t bytes);
     /// The device failed, so it does not go back to the pool.
     void discard() { broken_ = true; }

@@ -140,7 +140,8 @@ DeviceInfo describe(cl_device_id device, std::uint32_t index) {
   return info;
 }
 
-/// PoCL has no device where its folder for compiled kernels can neither be made nor written. Says so, or nothing.
+/// PoCL has no device where its folder for compiled kernels can neither be made nor written. Says
+/// so, or nothing.
 std::optional<std::string> unusable_pocl_cache() {
   const std::optional<std::filesystem::path>& folder = folder_of_running_pocl();
   if (!folder) return {};
@@ -255,7 +256,8 @@ cl_device_id part_of_device(cl_device_id whole, const DeviceInfo& info) {
 
 ClDevice open_device(const DeviceInfo& info) {
   const std::vector<cl_device_id> devices = enumerate_devices();
-  // The loader of OpenCL finds platforms and devices once for the whole process, so what has this index is still the same.
+  // The loader of OpenCL finds platforms and devices once for the whole process, so what has this
+  // index is still the same.
   if (info.index >= devices.size())
     throw DeviceError(fmt::format("device {} '{}' has disappeared: drivers list {} devices now; see `eikon devices`",
                                   info.index, info.name, devices.size()));

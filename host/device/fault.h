@@ -12,8 +12,8 @@
 //             lost    every call fails, and so does opening the device again; without `after`, it
 //                     cannot even be opened once
 //             hang    the call that launches the unit never returns, and neither does any later one
-//             stall   the same between units: the call that waits for all of the device's work, of which
-//                     opening has some, never returns
+//             stall   the same between units: the call that waits for all of the device's work, of
+//                     which opening has some, never returns
 //             slow=F  everything takes F times as long; after, above and times do not apply
 //             wrong   one bit of each transfer from the device is wrong
 //             gpu     no fault: a CPU device is treated like a GPU

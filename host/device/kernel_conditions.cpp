@@ -16,7 +16,8 @@ namespace {
 using Macros = std::map<std::string, bool, std::less<>>;
 using Truth = std::optional<bool>;  // none: it is not known
 
-/// Parser of a condition; unary binds more tightly than "and", and that more tightly than "or", as in C.
+/// Parser of a condition; unary binds more tightly than "and", and that more tightly than "or", as
+/// in C.
 class Condition {
  public:
   Condition(std::string_view text, const Macros& macros) : rest_(text), macros_(macros) {}
@@ -30,7 +31,8 @@ class Condition {
   Truth any_of() { return joined('|', true, &Condition::all_of); }
   Truth all_of() { return joined('&', false, &Condition::unary); }
 
-  /// Parts that an operator joins, which may stand once or twice. decisive: the value of a part that decides alone
+  /// Parts that an operator joins, which may stand once or twice. decisive: the value of a part
+  /// that decides alone
   Truth joined(char op, bool decisive, Truth (Condition::*part)()) {
     Truth value = (this->*part)();
     while (take(op)) {
@@ -78,7 +80,8 @@ class Condition {
   bool is_plain_ = true;  // it has no other operators
 };
 
-/// The rest of a line behind a directive, without comments and spaces around it; none if the line is not that directive.
+/// The rest of a line behind a directive, without comments and spaces around it; none if the line
+/// is not that directive.
 std::optional<std::string> behind(const std::string& line, std::string_view directive) {
   if (!line.starts_with(directive)) return std::nullopt;
   std::string text = line.substr(directive.size(), line.find("//") - directive.size());

@@ -17,8 +17,9 @@ std::string kernel_text(const std::vector<std::string>& entries);
 /// The same for a text of the caller (a probe of a test), called `name` in errors.
 std::string expand_includes(const std::string& text, const std::string& name);
 
-/// The text as a compiler sees it: without comments, #line directives, indentation and empty lines. Drivers keep compiled
-/// programs by their text, so these stay valid where only comments have changed.
+/// The text as a compiler sees it: without comments, #line directives, indentation and empty lines.
+/// Drivers keep compiled programs by their text, so these stay valid where only comments have
+/// changed.
 std::string bare_text(std::string_view text);
 
 }  // namespace eikon

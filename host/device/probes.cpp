@@ -56,7 +56,8 @@ std::uint32_t expected_word(std::uint32_t i, const Contents& in) {
   return fold;
 }
 
-/// Adds the buffers of the memory probe (kernels/probe/canary.h) to `arguments`. returns  the output
+/// Adds the buffers of the memory probe (kernels/probe/canary.h) to `arguments`. returns  the
+///                                                                                        output
 Buffer canary_buffers(Device& device, Arguments& arguments) {
   const Contents& in = contents();
   const Buffer out = device.allocate(4 * EK_CANARY_WORDS);

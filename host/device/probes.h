@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Probes of a device: of its arithmetic, since devices of one class give the same image bits, and of
-// whether it reads what lies in its memory. Every device is probed before a render trusts it, which
-// takes about a millisecond.
+// Probes of a device: of its arithmetic, since devices of one class give the same image bits, and
+// of whether it reads what lies in its memory. Every device is probed before a render trusts it,
+// which takes about a millisecond.
 #pragma once
 #include <cstdint>
 #include <string>

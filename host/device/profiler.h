@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adds up the times of launches and transfers from the events that a queue records where times are wanted
-// (DeviceInfo::timed). They are read where the host waits for the device for other reasons, so that profiling adds no
-// synchronisation [pbrt-v4, gpu/util.cpp].
+// Adds up the times of launches and transfers from the events that a queue records where times are
+// wanted (DeviceInfo::timed). They are read where the host waits for the device for other reasons,
+// so that profiling adds no synchronisation [pbrt-v4, gpu/util.cpp].
 #pragma once
 #include <cstdint>
 #include <functional>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Programs and kernels. Drivers cache what they compile; of PoCL, which takes long to find it, eikon keeps binaries
-// (store/program_store.h).
+// Programs and kernels. Drivers cache what they compile; of PoCL, which takes long to find it,
+// eikon keeps binaries (store/program_store.h).
 #include <fmt/format.h>
 
 #include <atomic>
@@ -60,14 +60,16 @@ std::vector<std::string> kernel_names(cl_program program) {
   return split(names.substr(0, names.find('\0')), ';');
 }
 
-/// Returns whether the driver knows the names of a built program's arguments, by which they are bound.
+/// Returns whether the driver knows the names of a built program's arguments, by which they are
+/// bound.
 bool names_arguments(cl_program program) {
   const ClKernel kernel(clCreateKernel(program, kernel_names(program).front().c_str(), nullptr));
   std::size_t size = 0;
   return kernel && clGetKernelArgInfo(kernel.get(), 0, CL_KERNEL_ARG_NAME, 0, nullptr, &size) == CL_SUCCESS;
 }
 
-/// Sets the program to that of a driver's binary, if there is one and the driver takes it. Returns whether it is set.
+/// Sets the program to that of a driver's binary, if there is one and the driver takes it. Returns
+/// whether it is set.
 bool open_binary(Program::Impl& impl, cl_context context, cl_device_id device, const StoredProgram& stored,
                  const std::string& flags) {
   const std::optional<std::string> binary = stored.find();
@@ -98,8 +100,9 @@ void Program::Impl::has_run(const std::string& kernel) {
 
 std::shared_ptr<Program::Impl> build_program(cl_context context, cl_device_id device, const DeviceInfo& info,
                                              const std::string& text, const ProgramOptions& options) {
-  // The text switches FP_CONTRACT off; no flag may loosen the arithmetic. -w, because PoCL's compiler writes how many warnings it has
-  // to the standard error stream: hundreds, of vectors that are wider than the registers of the processor.
+  // The text switches FP_CONTRACT off; no flag may loosen the arithmetic. -w, because PoCL's
+  // compiler writes how many warnings it has to the standard error stream: hundreds, of vectors
+  // that are wider than the registers of the processor.
   std::string flags = "-cl-std=CL1.2 -cl-kernel-arg-info -w";
   std::map<std::string, std::string> defines = options.defines;
   defines["EK_CPU"] = info.cpu ? "1" : "0";
@@ -123,7 +126,8 @@ std::shared_ptr<Program::Impl> build_program(cl_context context, cl_device_id de
   auto impl = std::make_shared<Program::Impl>();
   impl->id = device;
   impl->device = info.name;
-  // Code that is not optimised is for Oclgrind, which names files and lines of the text, as errors do.
+  // Code that is not optimised is for Oclgrind, which names files and lines of the text, as errors
+  // do.
   const std::string compact = options.optimise ? bare_text(without_excluded(text, defines)) : text;
   if (options.optimise) impl->stored = stored_program(info, device, flags, compact);
   if (impl->stored && open_binary(*impl, context, device, *impl->stored, flags)) {

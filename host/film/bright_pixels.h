@@ -8,12 +8,12 @@
 
 namespace eikon {
 
-// A pixel is no outlier if it is not brighter than 1 / kAlike times kEnoughBright adjacent pixels, of
-// which each has a mean that is known to within the factor kCertain.
+// A pixel is no outlier if it is not brighter than 1 / kAlike times kEnoughBright adjacent pixels,
+// of which each has a mean that is known to within the factor kCertain.
 inline constexpr double kAlike = 0.4, kCertain = 0.35;
 inline constexpr int kEnoughBright = 2;
-// A pixel is bright and alone if fewer adjacent ones are alike, and it is so many times as bright as the
-// mean of the others. It is bright in both replicates if the dimmer one is, too.
+// A pixel is bright and alone if fewer adjacent ones are alike, and it is so many times as bright
+// as the mean of the others. It is bright in both replicates if the dimmer one is, too.
 inline constexpr double kLoneBright = 5, kDimmerBright = 2.5;
 
 /// True if a pixel is brighter than what its surroundings say of it, and yet no outlier, because
@@ -51,8 +51,8 @@ inline int lone_bright_replicates(const Plane& mean, const Plane& variance, int 
   return dimmer * others > kDimmerBright * dark ? 2 : 1;
 }
 
-/// The pixels that a lamp of uniformly distributed coverage brightens in one of two replicates, over those that it
-/// brightens in both. samples: of a replicate
+/// The pixels that a lamp of uniformly distributed coverage brightens in one of two replicates,
+/// over those that it brightens in both. samples: of a replicate
 inline double lone_ratio_of_lamps(double samples) {
   const double none_in_one = 1 / (samples + 1), none_in_both = 1 / (2 * samples + 1);
   return 2 * (none_in_one - none_in_both) / (1 - 2 * none_in_one + none_in_both);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Estimates the expectation mu of a pixel, and 1 / (mu^2 + eps), by which its squared error is divided (film_error.cpp). The
-// functions work on one pixel, or on kPixelLanes of them, with the same bits.
+// Estimates the expectation mu of a pixel, and 1 / (mu^2 + eps), by which its squared error is
+// divided (film_error.cpp). The functions work on one pixel, or on kPixelLanes of them, with the
+// same bits.
 #pragma once
 #include "film/neighbours.h"
 
@@ -9,16 +10,18 @@ namespace eikon {
 #define EK_INLINE inline __attribute__((always_inline))
 
 inline constexpr double kEpsilon = 1e-2;
-// Neighbours whose spread is more than so many times what their noise gives lie on both sides of an edge. A pixel whose variance is so
-// many times theirs is on the edge itself.
+// Neighbours whose spread is more than so many times what their noise gives lie on both sides of an
+// edge. A pixel whose variance is so many times theirs is on the edge itself.
 inline constexpr double kNoiseOfSides = 2, kNoiseOfEdge = 9;
 inline constexpr double kEnoughNeighbours = 8;  // with so many the own mean of a pixel is not needed
 
-// An outlier has a part in the mean of its surroundings. This share of the square of that part is added to the squared error. It
-// would be 2/3 if all outliers were equal. But the error of log-normal samples is predicted too low as it is, and 1/2 would lower
-// it by another 9 %; this share lowers it by 4 %.
+// An outlier has a part in the mean of its surroundings. This share of the square of that part is
+// added to the squared error. It would be 2/3 if all outliers were equal. But the error of
+// log-normal samples is predicted too low as it is, and 1/2 would lower it by another 9 %; this
+// share lowers it by 4 %.
 inline constexpr double kOwnPart = 0.15;
-// The weight of an outlier's dimmer replicate for each sample of the pixel, where that of a neighbour is 1.
+// The weight of an outlier's dimmer replicate for each sample of the pixel, where that of a
+// neighbour is 1.
 inline constexpr double kDimmerWeight = 0.125;
 
 template <class Real>
@@ -55,16 +58,17 @@ EK_INLINE void expectation(const Real& mean, const Real& variance, const Neighbo
 
 /// Improves the expectation of a pixel that is an outlier by what the pixel itself tells.
 ///
-/// The dimmer of two replicates has not met the outlier. Its mean tells where a pixel differs from its surroundings, and the more
-/// samples it has the better.
+/// The dimmer of two replicates has not met the outlier. Its mean tells where a pixel differs from
+/// its surroundings, and the more samples it has the better.
 ///
-/// The pixel's own part in the mean of the surroundings keeps them from being taken for black. Outliers of a size x fall upon n
-/// pixels like drops: their number is Poisson's, and K others beside one that was met make (n / x)^2 / ((K + 1) (K + 2)) an
-/// estimate without bias of 1 / mu^2 [Chen 1975]. Neighbours and the correction to second order give K^2 + 3 K below the line,
-/// so that 2 is missing, which bounds what an outlier can add.
+/// The pixel's own part in the mean of the surroundings keeps them from being taken for black.
+/// Outliers of a size x fall upon n pixels like drops: their number is Poisson's, and K others
+/// beside one that was met make (n / x)^2 / ((K + 1) (K + 2)) an estimate without bias of 1 / mu^2
+/// [Chen 1975]. Neighbours and the correction to second order give K^2 + 3 K below the line, so
+/// that 2 is missing, which bounds what an outlier can add.
 ///
-/// mean, count: of the pixel, and of the neighbours from which its expectation was found
-/// dimmer, dimmer_weight: mean and weight of the dimmer replicate; the weight is 0 if there are not two
+/// mean, count: of the pixel, and of the neighbours from which its expectation was found dimmer,
+/// dimmer_weight: mean and weight of the dimmer replicate; the weight is 0 if there are not two
 inline void add_own_evidence(double mean, double dimmer, double dimmer_weight, double count, Estimate<double>& found) {
   const double part = (mean - found.mean) / (count + 1);
   found.squared_error += kOwnPart * part * part;
@@ -88,14 +92,16 @@ inline double inverse_scale(const Estimate<double>& mu) {
   return inverse_scale(mu, found), found;
 }
 
-/// The part of an error, which was divided by the scale of mu, that the correction to second order makes up; at most all of it.
+/// The part of an error, which was divided by the scale of mu, that the correction to second order
+/// makes up; at most all of it.
 template <class Real>
 EK_INLINE void part_of_correction(const Estimate<Real>& mu, const Real& scale, const Real& error, Real& found) {
   const Real f = 1 / (mu.mean * mu.mean + kEpsilon), change = f > scale ? f - scale : scale - f;
   found = change < scale ? error * change / scale : error;
 }
 
-/// The part that an edge makes uncertain, by how much the scale changes from one side of it to the other, to first order.
+/// The part that an edge makes uncertain, by how much the scale changes from one side of it to the
+/// other, to first order.
 template <class Real>
 EK_INLINE void part_of_edges(const Estimate<Real>& mu, const Real& error, Real& found) {
   const Real square = mu.mean * mu.mean, f = 1 / (square + kEpsilon), change2 = 4 * square * f * f * mu.disagreement;

@@ -18,7 +18,8 @@ namespace {
 
 __extension__ typedef unsigned __int128 uint128;
 
-// Pixels of a unit that a thread adds in about a millisecond. The units of CPUs have no more, and those of GPUs up to a million.
+// Pixels of a unit that a thread adds in about a millisecond. The units of CPUs have no more, and
+// those of GPUs up to a million.
 constexpr std::size_t kPixelsOfPart = std::size_t{1} << 14;
 // A thread adds about so many of the numbers that say what samples met before it takes more.
 constexpr std::size_t kNumbersOfPart = std::size_t{1} << 18;
@@ -27,8 +28,8 @@ constexpr std::uint32_t kRowsOfBand = 4;
 
 constexpr int128 kMaxSum = static_cast<int128>(~uint128{0} >> 1);
 
-/// The indices of pixels (x | y << 16) by the band of rows in which they lie. Threads may add to the mattes of different bands at
-/// the same time, because these have no row in common.
+/// The indices of pixels (x | y << 16) by the band of rows in which they lie. Threads may add to
+/// the mattes of different bands at the same time, because these have no row in common.
 std::vector<std::vector<std::uint32_t>> bands_of(std::span<const std::uint32_t> pixels) {
   if (pixels.empty()) return {};
   const auto [lowest, highest] = std::ranges::minmax(pixels, {}, [](std::uint32_t pixel) { return pixel >> 16; });

@@ -57,11 +57,13 @@ struct FilmLayout {
 /// fixed * 2^-64 / count, correctly rounded; 0 when count is 0.
 [[nodiscard]] double to_mean(int128 fixed, std::uint64_t count);
 
-/// The prefix of channels that hold what light paths bring to the channel of the rest of the name (film/splats.cpp).
+/// The prefix of channels that hold what light paths bring to the channel of the rest of the name
+/// (film/splats.cpp).
 inline constexpr std::string_view kSplats = "splats.";
 
-/// Splats are held in units of 2^-48, not 2^-64, since they are larger than samples: a pixel's sum of splats is divided by
-/// the number of all light paths of the window, of which few reach the pixel.
+/// Splats are held in units of 2^-48, not 2^-64, since they are larger than samples: a pixel's sum
+/// of splats is divided by the number of all light paths of the window, of which few reach the
+/// pixel.
 inline constexpr int kSplatShift = 16;
 
 /// Light paths that were traced for a window of the image.
@@ -88,8 +90,8 @@ struct UnitSums {
   /// [matte][number].
   std::span<const std::uint32_t> met = {};
   std::span<const std::vector<std::uint32_t>> matte_ids = {};
-  /// Splats of its light paths, SPLAT_WORDS words each (kernels/shared/splat.h), and the number of light paths that it
-  /// has of each of its samples.
+  /// Splats of its light paths, SPLAT_WORDS words each (kernels/shared/splat.h), and the number of
+  /// light paths that it has of each of its samples.
   std::span<const std::uint32_t> splats = {};
   std::uint64_t light_paths = 0;
 };
@@ -133,7 +135,8 @@ class Film {
   /// samples than samples; InputError when a pixel leaves the film's range (mean radiance times
   /// number of samples reaches 2^63). The film is then unusable.
   void add(const UnitSums& unit);
-  /// Adds to the light paths that were traced for a window. throws InternalError unless there is a count for each replicate
+  /// Adds to the light paths that were traced for a window. throws InternalError unless there is a
+  /// count for each replicate
   void add_light_paths(const LightPathCount& count);
   /// The light paths of all windows, in the order of the windows.
   [[nodiscard]] std::span<const LightPathCount> light_paths() const { return light_paths_; }
@@ -148,7 +151,8 @@ class Film {
   [[nodiscard]] int128 sum(std::uint32_t x, std::uint32_t y, std::uint32_t replicate, std::uint32_t channel) const;
   [[nodiscard]] std::uint64_t count(std::uint32_t x, std::uint32_t y, std::uint32_t replicate) const;
 
-  /// Replace a sum and a count, for reading checkpoints and parts. throws InputError beyond the film's range
+  /// Replace a sum and a count, for reading checkpoints and parts. throws InputError beyond the
+  /// film's range
   void set(std::uint32_t x, std::uint32_t y, std::uint32_t replicate, std::uint32_t channel, int128 sum);
   void set_count(std::uint32_t x, std::uint32_t y, std::uint32_t replicate, std::uint64_t count);
 
@@ -173,7 +177,8 @@ class Film {
   /// The exact sum over replicates and several channels. throws InputError beyond the film's range
   [[nodiscard]] int128 total(std::uint32_t x, std::uint32_t y, std::span<const std::uint32_t> channels) const;
   /// The mean over all samples, correctly rounded to double from the exact sum; 0 without samples.
-  /// The mean of the pixel's splats over the light paths that were traced for it, rounded likewise, is added.
+  /// The mean of the pixel's splats over the light paths that were traced for it, rounded likewise,
+  /// is added.
   [[nodiscard]] double mean(std::uint32_t x, std::uint32_t y, std::uint32_t channel) const;
   /// The mean of the sum of several channels.
   [[nodiscard]] double mean(std::uint32_t x, std::uint32_t y, std::span<const std::uint32_t> channels) const;
@@ -197,7 +202,8 @@ class Film {
   /// the true image; film_error.cpp states the assumptions. It takes about 0.5 us per pixel, so it
   /// is for reports and not for every unit.
   [[nodiscard]] PredictedError predicted_error() const;
-  /// Averages R, G and B over all pixels. Pixels are independent, so the variances of their means add up.
+  /// Averages R, G and B over all pixels. Pixels are independent, so the variances of their means
+  /// add up.
   [[nodiscard]] MeanRadiance mean_radiance() const;
 
  private:
@@ -214,7 +220,8 @@ class Film {
     double mean, variance;
   };
   [[nodiscard]] Spread spread_of(std::size_t pixel, std::uint32_t channel) const;
-  /// The samples of each replicate of each pixel of a row from pixel `first` on, if all have as many.
+  /// The samples of each replicate of each pixel of a row from pixel `first` on, if all have as
+  /// many.
   [[nodiscard]] std::optional<std::uint64_t> count_of_row(std::size_t first) const;
   void add_pixels(const UnitSums& unit, std::span<const std::uint64_t> drawn, std::size_t begin, std::size_t end);
   void add_sums(const UnitSums& unit, std::size_t first, std::span<const std::size_t> film_pixels);

@@ -17,25 +17,28 @@
 //
 // The edge of a lamp looks like an outlier: it is bright, its V is large, and its surroundings are
 // dark. But an outlier is in one replicate, and stands alone. So where the surroundings say that a
-// pixel's mu is less than 0.4 m, and two or more adjacent pixels are as bright without doubt (both of
-// their replicates are), m itself counts. In scenes/cornell.gltf of 96x96 pixels the prediction at 16
-// samples was 1.41 times the error, and is 1.03. Of the pixels at the edge of a lamp, those that hardly a sample saw brighten have no
-// variance, or too bright a mean. So the error of those that were met counts 1 + 6 / samples times.
+// pixel's mu is less than 0.4 m, and two or more adjacent pixels are as bright without doubt (both
+// of their replicates are), m itself counts. In scenes/cornell.gltf of 96x96 pixels the prediction
+// at 16 samples was 1.41 times the error, and is 1.03. Of the pixels at the edge of a lamp, those
+// that hardly a sample saw brighten have no variance, or too bright a mean. So the error of those
+// that were met counts 1 + 6 / samples times.
 //
-// A lamp smaller than a pixel stands alone, too, and no single sample can tell whether it hit such a lamp or
-// was an outlier. If it was taken for the wrong one, the prediction would be wrong by a factor of 1.5 to 3,000. Two
-// replicates and all pixels together can tell:
-//   - A pixel that is bright in both replicates has a lamp, since outliers rarely fall twice on one pixel, and its own m
-//     counts.
-//   - Of lamps that cover any part of a pixel with the same probability, the lone pixels that are bright in one replicate
-//     are a known multiple of those that are in both. Where they are twice as many, or more, they are outliers.
-//   - Where they are fewer, they may be lamps. With 32 samples and more in a replicate, as many of them as lamps would give
-//     are taken for lamps. With fewer samples nothing can be said: if more than a fifth of the prediction depends on it, the
-//     error is stated to be at least what it would be if all were lamps.
-// With 8 seeds each, from 4 to 64 samples, they are more often than not 2 to 60 times as many where they are outliers
-// (scenes/cornell_spheres.gltf, prism, sun_room, tumbler and window_room), and 0 to 3 times in scenes/lamps.gltf.
-// If few pixels carry what was taken for outliers, that choice is uncertain, and the interval is wider by the share of the
-// prediction that rests on it.
+// A lamp smaller than a pixel stands alone, too, and no single sample can tell whether it hit such
+// a lamp or was an outlier. If it was taken for the wrong one, the prediction would be wrong by a
+// factor of 1.5 to 3,000. Two replicates and all pixels together can tell:
+//   - A pixel that is bright in both replicates has a lamp, since outliers rarely fall twice on one
+//     pixel, and its own m counts.
+//   - Of lamps that cover any part of a pixel with the same probability, the lone pixels that are
+//     bright in one replicate are a known multiple of those that are in both. Where they are twice
+//     as many, or more, they are outliers.
+//   - Where they are fewer, they may be lamps. With 32 samples and more in a replicate, as many of
+//     them as lamps would give are taken for lamps. With fewer samples nothing can be said: if more
+//     than a fifth of the prediction depends on it, the error is stated to be at least what it
+//     would be if all were lamps.
+// With 8 seeds each, from 4 to 64 samples, they are more often than not 2 to 60 times as many where
+// they are outliers (scenes/cornell_spheres.gltf, prism, sun_room, tumbler and window_room), and 0
+// to 3 times in scenes/lamps.gltf. If few pixels carry what was taken for outliers, that choice is
+// uncertain, and the interval is wider by the share of the prediction that rests on it.
 //
 // The remaining bias, measured on synthetic pixels (tests/unit/film/film_error_test.cpp), is about
 // 5 % for normal and for log-normal samples on gradients and edges, 12 % when neighbours are
@@ -46,14 +49,16 @@
 // of T_p comes from successive differences [von Neumann et al. 1941] along a path that goes left
 // and right through the rows. This assumes nothing about the distribution, and it is too large,
 // never too small, by the contrast of T_p between neighbours. The interval is symmetric for log T,
-// because a mean of squares is skewed. It also allows for a bias, which does not shrink with the number of pixels. Its size
-// comes from the picture (error_scale.h): the share of T that the correction to second order makes up, since the orders
-// above it are left out; and the share that edges make uncertain. The neighbours of a pixel at an edge are those of both
-// sides, which differ by more than their noise, and its mu may be anywhere between. So a noisy room without many edges has a
-// narrow interval, and a bright silhouette of few samples a wide one.
+// because a mean of squares is skewed. It also allows for a bias, which does not shrink with the
+// number of pixels. Its size comes from the picture (error_scale.h): the share of T that the
+// correction to second order makes up, since the orders above it are left out; and the share that
+// edges make uncertain. The neighbours of a pixel at an edge are those of both sides, which differ
+// by more than their noise, and its mu may be anywhere between. So a noisy room without many edges
+// has a narrow interval, and a bright silhouette of few samples a wide one.
 //
 // The interval has no upper end if fewer than four pixels carry the whole error, or if nothing but
-// black was found: the error is at least as large as the lower end, which is that of one normal square.
+// black was found: the error is at least as large as the lower end, which is that of one normal
+// square.
 //
 // The assumptions are independent replicates and pixels, and enough pixels that the worst of them
 // do not carry the whole error. No estimate contains rare outliers that no replicate has met; until
@@ -79,17 +84,19 @@ namespace eikon {
 namespace {
 
 constexpr double kQuantile = 1.959964;  // quantile of the normal distribution for 95 %
-// The bias that tools/measure/coverage.py finds where neither correction nor edges tell of one, relative to T; the latter
-// over the root of the samples of a pixel.
+// The bias that tools/measure/coverage.py finds where neither correction nor edges tell of one,
+// relative to T; the latter over the root of the samples of a pixel.
 constexpr double kLeastBias = 0.03, kBiasOfSamples = 0.2;
-// The error at the edges of lamps that no sample met is that which was met, times this number over the samples of a pixel. With it
-// 100 instead of 71 % of the intervals of `cornell` with 4 samples hold the truth, and 93 instead of 85 % of `lamps` with 16.
+// The error at the edges of lamps that no sample met is that which was met, times this number over
+// the samples of a pixel. With it 100 instead of 71 % of the intervals of `cornell` with 4 samples
+// hold the truth, and 93 instead of 85 % of `lamps` with 16.
 constexpr double kUnmetOfEdges = 6;
-// The ratio to what lamps would give from which on lone bright pixels are outliers, the samples of a replicate from
-// which on lamps can be told otherwise, and the share of the prediction that may be in doubt with fewer.
+// The ratio to what lamps would give from which on lone bright pixels are outliers, the samples of
+// a replicate from which on lamps can be told otherwise, and the share of the prediction that may
+// be in doubt with fewer.
 constexpr double kOutliers = 2, kSamplesOfLamps = 32, kMostInDoubt = 0.2;
-// The interval allows for all of the share of the prediction that rests on outliers where so many pixels carry that
-// share, by (sum)^2 / (sum of squares), and for less where more do.
+// The interval allows for all of the share of the prediction that rests on outliers where so many
+// pixels carry that share, by (sum)^2 / (sum of squares), and for less where more do.
 constexpr double kFewOutliers = 5;
 // The error has no upper bound where fewer pixels carry it, by (sum T_p)^2 / sum T_p^2.
 constexpr double kLeastCarriers = 4;
@@ -154,7 +161,8 @@ class PixelErrors {
       : error_(width, height),
         disputed_(width, height),
         rows_(static_cast<std::size_t>(height)),
-        // For normal replicates E[V^2] = (k + 2) / k s^4 with k = R - 1, so V counts less by that factor.
+        // For normal replicates E[V^2] = (k + 2) / k s^4 with k = R - 1, so V counts less by that
+        // factor.
         own_share_((replicates - 1.0) / (replicates + 1.0)),
         samples_(samples),
         has_pairs_(replicates == 2) {
@@ -162,7 +170,8 @@ class PixelErrors {
     std::ranges::fill(disputed_.values, 0.0);
   }
 
-  /// Adds a channel in some rows. The planes have rows from `from` of the image on, and the windows of these pixels.
+  /// Adds a channel in some rows. The planes have rows from `from` of the image on, and the windows
+  /// of these pixels.
   void add(const Plane& mean, const Plane& variance, int from, int first, int last) {
     for (int y = first; y < last; ++y)
       for (int x = 0; x < mean.width;) {
@@ -268,8 +277,8 @@ class PixelErrors {
     uncertain.of_disputed += part.correction;
   }
 
-  // kErrorBytesPerPixel: a number in each, the latter of what would be taken away if pixels that are bright in one
-  // replicate were lamps.
+  // kErrorBytesPerPixel: a number in each, the latter of what would be taken away if pixels that
+  // are bright in one replicate were lamps.
   Plane error_, disputed_;
   std::vector<Uncertainty> rows_;  // each row has its own, which one thread adds to
   double own_share_, samples_;
@@ -309,7 +318,8 @@ PredictedError interval_of(const Plane& error, const Uncertainty& uncertain, con
   return result;
 }
 
-/// The quantile of the standard normal distribution that lies above 0: exceeded with this probability below 1/2.
+/// The quantile of the standard normal distribution that lies above 0: exceeded with this
+/// probability below 1/2.
 double normal_quantile(double probability) {
   double low = 0, high = 40;
   for (int i = 0; i < 100; ++i) {
@@ -332,8 +342,8 @@ PredictedError Film::predicted_error() const {
   const auto samples = static_cast<double>(this->samples(crop.x0, crop.y0));
   PixelErrors errors(width, height, layout_.replicates, samples);
   std::atomic<bool> known{true}, lit{false};
-  // In bands of rows, whose numbers stay in the processor's caches. Each pixel writes only its own elements, so the number of
-  // threads changes no bit.
+  // In bands of rows, whose numbers stay in the processor's caches. Each pixel writes only its own
+  // elements, so the number of threads changes no bit.
   constexpr int kBand = 32;
   tbb::parallel_for(0, (height + kBand - 1) / kBand, [&](int band) {
     const int first = band * kBand, last = std::min(first + kBand, height);

@@ -39,8 +39,9 @@ class MatteCounts {
   static_assert(sizeof(Entry) == kBytesPerPixel);
   struct Row {
     std::vector<Entry> entries;  // first the first entry of each pixel, then further ones
-    // The pixel of the last call of add(), and an entry of it from which ids that are not smaller are looked for: ids come in
-    // order from files, where a pixel of a damaged one may have millions.
+    // The pixel of the last call of add(), and an entry of it from which ids that are not smaller
+    // are looked for: ids come in order from files, where a pixel of a damaged one may have
+    // millions.
     std::uint32_t pixel = 0;
     std::size_t last = 0;
   };

@@ -16,7 +16,8 @@ using nlohmann::json;
 
 constexpr std::string_view kObject = "cryptomatte_object", kMaterial = "cryptomatte_material";
 
-/// Replaces what is not UTF-8 in a name as dump_json() does, so that the hashed name is the name in the manifest.
+/// Replaces what is not UTF-8 in a name as dump_json() does, so that the hashed name is the name in
+/// the manifest.
 std::string in_utf8(const std::string& name) { return json::parse(dump_json(json(name))).get<std::string>(); }
 
 std::uint32_t murmur_hash(std::string_view key) {

@@ -21,7 +21,8 @@ constexpr int kFractionBits = 64;
 /// The mean of splats over light paths; exact but for the rounding of to_mean.
 double mean_of_splats(int128 sum, std::uint64_t paths) { return std::ldexp(to_mean(sum, paths), kSplatShift); }
 
-/// The number as a double, correctly rounded. The compiler's own conversion counts bits, and takes several times as long.
+/// The number as a double, correctly rounded. The compiler's own conversion counts bits, and takes
+/// several times as long.
 double rounded(int128 fixed) {
   constexpr std::int64_t kMostHigh = 1 << 21;  // for 53 bits above the low 32
   const auto high = static_cast<std::int64_t>(fixed >> 64);

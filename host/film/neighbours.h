@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The neighbours of a pixel that may have its expectation, as in the sigma filter [Lee 1983]: those in a window of 7x7
-// whose means lie within 1.5 standard deviations of its own mean.
+// The neighbours of a pixel that may have its expectation, as in the sigma filter [Lee 1983]: those
+// in a window of 7x7 whose means lie within 1.5 standard deviations of its own mean.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -26,8 +26,8 @@ struct Plane {
 
 inline constexpr int kNeighbourRadius = 3;  // of the window
 
-// Pixels that are processed together: as many as vectors of AVX2 hold. Compilers take comparisons of wider ones apart into
-// single numbers there, which was six times as slow.
+// Pixels that are processed together: as many as vectors of AVX2 hold. Compilers take comparisons
+// of wider ones apart into single numbers there, which was six times as slow.
 inline constexpr int kPixelLanes = 4;
 using PixelReals = double __attribute__((vector_size(kPixelLanes * sizeof(double))));
 using PixelMasks = std::int64_t __attribute__((vector_size(kPixelLanes * sizeof(double))));
@@ -58,9 +58,9 @@ struct Neighbours {
   Count count{};
 };
 
-/// Sums for pixels x to x + kPixelsTogether - 1, whose windows lie within the row. Neighbours are added in
-/// the order of rows. A neighbour that is left out adds zero, so sums have the same bits for any
-/// width of the processor's vectors.
+/// Sums for pixels x to x + kPixelsTogether - 1, whose windows lie within the row. Neighbours are
+/// added in the order of rows. A neighbour that is left out adds zero, so sums have the same bits
+/// for any width of the processor's vectors.
 void find_neighbours(const Plane& mean, const Plane& variance, int x, int y,
                      std::array<Neighbours<PixelReals, PixelMasks>, kPixelGroups>& found);
 

@@ -13,8 +13,9 @@
 namespace eikon {
 namespace {
 
-// Intervals of a vector increase and do not overlap, so that binary search finds them. Parts come mostly in the order in
-// which parts() lists them, and then each is added at the end; so no step goes through all intervals.
+// Intervals of a vector increase and do not overlap, so that binary search finds them. Parts come
+// mostly in the order in which parts() lists them, and then each is added at the end; so no step
+// goes through all intervals.
 
 /// The first interval that ends after `at`.
 template <class Intervals>
@@ -38,8 +39,8 @@ void cut(std::vector<Interval>& intervals, std::uint32_t at) {
   intervals.insert(found + 1, std::move(rest));
 }
 
-/// Makes intervals begin and end at `from` and `to`, and adds empty ones for the gaps in between. Returns those from `from`
-/// to `to`.
+/// Makes intervals begin and end at `from` and `to`, and adds empty ones for the gaps in between.
+/// Returns those from `from` to `to`.
 template <class Interval>
 std::span<Interval> cover(std::vector<Interval>& intervals, std::uint32_t from, std::uint32_t to) {
   cut(intervals, from);

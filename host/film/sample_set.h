@@ -24,7 +24,8 @@ class SampleSet {
   /// The samples [begin, end) of a window that are not in the set, as disjoint boxes in the order
   /// of their first samples, then of rows.
   [[nodiscard]] std::vector<WorkUnit> missing(const Crop& crop, std::uint64_t begin, std::uint64_t end) const;
-  /// The largest sample index up to `end` such that each pixel of a window has all samples from `begin` to it.
+  /// The largest sample index up to `end` such that each pixel of a window has all samples from
+  /// `begin` to it.
   [[nodiscard]] std::uint64_t complete_until(const Crop& crop, std::uint64_t begin, std::uint64_t end) const;
   /// The set as disjoint boxes in the order of rows: the fewest rows of boxes, each as wide as
   /// possible.
@@ -39,8 +40,8 @@ class SampleSet {
     bool operator==(const Range&) const = default;
   };
   using Ranges = std::vector<Range>;  // increasing, with gaps between them
-  /// Columns, or rows, from `begin` to `end` that hold the same. Touching neighbours differ, and none is
-  /// empty.
+  /// Columns, or rows, from `begin` to `end` that hold the same. Touching neighbours differ, and
+  /// none is empty.
   template <class Content>
   struct Interval {
     std::uint32_t begin = 0, end = 0;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Splats: what light paths bring to pixels, in a list of each unit (kernels/film/splat.h). A unit has the light paths of
-// its pixels, and these reach any pixel of the film's window. So splats have channels of their own, "splats.R" beside
-// "R", and are divided by the number of light paths that were traced for the window. Each channel that holds radiance
-// has one for splats, and its numbers have the unit of kSplatShift.
+// Splats: what light paths bring to pixels, in a list of each unit (kernels/film/splat.h). A unit
+// has the light paths of its pixels, and these reach any pixel of the film's window. So splats have
+// channels of their own, "splats.R" beside "R", and are divided by the number of light paths that
+// were traced for the window. Each channel that holds radiance has one for splats, and its numbers
+// have the unit of kSplatShift.
 #include <algorithm>
 #include <bit>
 #include <cstdint>
@@ -15,7 +16,8 @@
 namespace eikon {
 namespace {
 
-/// The channels to which a splat is added, for each kind of radiance that the film keeps: indices of the first of three.
+/// The channels to which a splat is added, for each kind of radiance that the film keeps: indices
+/// of the first of three.
 struct SplatChannels {
   std::uint32_t rgb = 0;                                      // all light
   std::vector<std::pair<std::uint64_t, std::uint32_t>> bins;  // most scatterings of a bin, channel; in rising order

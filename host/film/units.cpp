@@ -43,8 +43,9 @@ std::uint64_t sample_count(std::uint64_t begin, std::uint64_t end, std::uint64_t
   return round > begin && 2 * (round - begin) >= until - begin ? round - begin : until - begin;
 }
 
-/// Cuts the block of `unit` into the coarsest grid of nearly square parts of at most `most` pixels, and leaves it the first
-/// one. Appends the others to `rest`: those in the same rows as one box, and those below as another.
+/// Cuts the block of `unit` into the coarsest grid of nearly square parts of at most `most` pixels,
+/// and leaves it the first one. Appends the others to `rest`: those in the same rows as one box,
+/// and those below as another.
 void cut_to_part(WorkUnit& unit, std::uint64_t most, std::vector<WorkUnit>& rest) {
   const Crop all = unit.block;
   const std::uint64_t parts = (all.pixel_count() + most - 1) / most;

@@ -38,7 +38,8 @@ class UnitPool {
   /// pixel, as large as the next block allows: samples are reduced first, then pixels. Units end at
   /// samples that are multiples of about a quarter of a unit, so that blocks which were cut in
   /// pieces become whole again. Returns nothing when the pool is empty.
-  /// most_pixels  a larger block is first cut into a grid of nearly square parts, of which the unit has one
+  /// most_pixels  a larger block is first cut into a grid of nearly square parts, of which the unit
+  ///              has one
   [[nodiscard]] std::optional<WorkUnit> take(std::uint64_t most_paths, std::uint64_t most_samples,
                                              std::uint64_t most_pixels = ~std::uint64_t{0});
 

@@ -17,8 +17,8 @@ inline constexpr const char* kPanoramaExtension = "EIKON_camera_panorama";
 ///        kMaxCoordinate, a position beyond it, as orthographic_aspect
 void add_camera(const Json& document, const PlacedNode& placed, Scene& scene, Notes& notes);
 
-/// Width over height of an orthographic camera's picture; `lens` has numbers other than 0 as xmag and ymag.
-/// throws InputError for a picture that is a line
+/// Width over height of an orthographic camera's picture; `lens` has numbers other than 0 as xmag
+/// and ymag. throws InputError for a picture that is a line
 double orthographic_aspect(const JsonView& lens);
 
 }  // namespace eikon

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loads a scene from a glTF file, in steps whose order matters: nothing is used before it is checked.
+// Loads a scene from a glTF file, in steps whose order matters: nothing is used before it is
+// checked.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -176,7 +177,8 @@ void read_shapes(const SceneSource& source, const std::vector<PlacedNode>& place
   }
 }
 
-/// The transforms, world from object, of the instances of a node's mesh. With a skin it has one, whatever the node says.
+/// The transforms, world from object, of the instances of a node's mesh. With a skin it has one,
+/// whatever the node says.
 std::vector<glm::dmat4> instances_of(const SceneSource& source, const PlacedNode& placed) {
   if (skin_of(source.document, placed.node)) {
     if (has_instances(placed.node.view))

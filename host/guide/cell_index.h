@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers the cells that a pilot visits, in the order in which they are added, and stores values by these numbers.
+// Numbers the cells that a pilot visits, in the order in which they are added, and stores values by
+// these numbers.
 #pragma once
 #include <cstdint>
 #include <limits>
@@ -11,8 +12,8 @@
 
 namespace eikon {
 
-/// A hash table with open addressing: a search reads one or two neighbouring slots, where one of std::unordered_map
-/// follows pointers. A pilot makes millions of searches.
+/// A hash table with open addressing: a search reads one or two neighbouring slots, where one of
+/// std::unordered_map follows pointers. A pilot makes millions of searches.
 class CellIndex {
  public:
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
@@ -63,8 +64,8 @@ class CellIndex {
   std::vector<CellId> ids_;
 };
 
-/// Values of cells by their numbers. They stay where they are when others are added, because to move them takes longer than
-/// to fill them.
+/// Values of cells by their numbers. They stay where they are when others are added, because to
+/// move them takes longer than to fill them.
 template <class T>
 class CellValues {
  public:

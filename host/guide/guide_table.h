@@ -41,20 +41,21 @@ struct GuideTable {
   [[nodiscard]] std::size_t cell_count() const { return cells.size() / EK_GUIDE_CELL_WORDS; }
   /// The memory that a device needs for it.
   [[nodiscard]] std::uint64_t bytes() const { return sizeof(std::uint32_t) * (slots.size() + cells.size()); }
-  /// True if kernels may look things up in it: indices lie within it, searches end, and weights are those of
-  /// densities.
+  /// True if kernels may look things up in it: indices lie within it, searches end, and weights are
+  /// those of densities.
   [[nodiscard]] bool is_sound() const;
   /// Identifies everything in it.
   [[nodiscard]] std::uint64_t digest() const;
 };
 
-/// The weights of a cell's bins, in units of 1 / EK_GUIDE_TOTAL: each at least EK_GUIDE_LEAST of the mean, the rest in
-/// proportion to the target.
+/// The weights of a cell's bins, in units of 1 / EK_GUIDE_TOTAL: each at least EK_GUIDE_LEAST of
+/// the mean, the rest in proportion to the target.
 [[nodiscard]] std::array<std::uint32_t, EK_GUIDE_BINS> guide_weights(const std::array<double, EK_GUIDE_BINS>& target);
 
 using GuideCellWords = std::array<std::uint32_t, EK_GUIDE_CELL_WORDS>;
 [[nodiscard]] GuideCellWords words_of(const GuideCellData& cell);
-/// True if the weights of a cell are those of a density, and its radiances are finite. words: of one cell
+/// True if the weights of a cell are those of a density, and its radiances are finite. words: of
+/// one cell
 [[nodiscard]] bool is_sound_cell(std::span<const std::uint32_t> words);
 
 /// cells: their ids and words, sorted by id, so that equal cells make equal tables

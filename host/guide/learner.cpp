@@ -51,7 +51,8 @@ struct BinSums {
   }
 };
 
-/// The samples of a cell in one round. Small cells have samples in few of their bins, so only groups of bins with samples take memory.
+/// The samples of a cell in one round. Small cells have samples in few of their bins, so only
+/// groups of bins with samples take memory.
 class CellSums {
   static constexpr std::size_t kBinsOfGroup = 4;
 
@@ -138,7 +139,8 @@ struct GuideLearner::Impl {
     }
   };
 
-  /// A part of the cells, with all coarser cells that they lie in. Threads work on shards of their own.
+  /// A part of the cells, with all coarser cells that they lie in. Threads work on shards of their
+  /// own.
   struct Shard {
     std::array<Visited, EK_GUIDE_LEVELS> levels;  // in this round; those above the finest are summed up at its end
     // The cells of all rounds so far; each list has a value for every one, by its number.
@@ -167,7 +169,8 @@ struct GuideLearner::Impl {
     return luminance > 0 ? std::uint64_t(std::min(luminance / unit, kMostUnits)) : 0;
   }
 
-  /// The light that a cell is known to get from surfaces, by the finest level that is known; 0 if none is.
+  /// The light that a cell is known to get from surfaces, by the finest level that is known; 0 if
+  /// none is.
   [[nodiscard]] double known_indirect(CellId id) const {
     const Shard& shard = shards[shard_of(id)];
     for (std::uint32_t level = 0; level < EK_GUIDE_LEVELS; ++level, id = coarser(id))
@@ -175,7 +178,8 @@ struct GuideLearner::Impl {
     return 0;
   }
 
-  /// The luminance that reaches a vertex from where its path went on; negative where the log does not say.
+  /// The luminance that reaches a vertex from where its path went on; negative where the log does
+  /// not say.
   [[nodiscard]] double arriving(const PathLog& log, std::size_t path, std::uint32_t vertex) const {
     double sum = 0, throughput = 1;
     for (std::uint32_t v = vertex + 1; v < EK_LOG_DEPTHS; ++v) {
@@ -236,7 +240,8 @@ struct GuideLearner::Impl {
     });
   }
 
-  /// The means of a cell from its samples, drawn towards those of the cell around it where there are few.
+  /// The means of a cell from its samples, drawn towards those of the cell around it where there
+  /// are few.
   [[nodiscard]] CellMeans means(const CellSums& sums, const CellSums::Groups& groups, const CellMeans* around) const {
     CellMeans cell;
     if (around != nullptr)

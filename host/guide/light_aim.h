@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A trial learns which targets of light paths, and which parts of their cones and discs, lead to light that the camera sees. These are
-// the tables of that (kernels/lights/light_aim.h).
+// A trial learns which targets of light paths, and which parts of their cones and discs, lead to
+// light that the camera sees. These are the tables of that (kernels/lights/light_aim.h).
 #pragma once
 #include <array>
 #include <cstddef>
@@ -22,19 +22,22 @@ struct AimedTarget {
 
 struct LightAim {
   std::vector<std::uint32_t> words = {0};  // of buffer light_aim; these: starts are even
-  /// For each kind of start, the density of those that bring light over that of even ones, in the mean and to a power of two. Camera
-  /// paths and light paths share light by it.
+  /// For each kind of start, the density of those that bring light over that of even ones, in the
+  /// mean and to a power of two. Camera paths and light paths share light by it.
   std::array<float, kAimKinds> gain = {1, 1};
 
   [[nodiscard]] bool is_learned() const { return (words.front() & EK_AIM_LEARNED) != 0; }
   [[nodiscard]] std::size_t target_count() const { return words.size() / EK_GUIDE_CELL_WORDS / kAimKinds; }
-  /// The density of a start of this name (EK_AIM_START) over that of an even one, if no other target lies in its direction.
+  /// The density of a start of this name (EK_AIM_START) over that of an even one, if no other
+  /// target lies in its direction.
   [[nodiscard]] double density(std::uint32_t start) const;
-  /// True if kernels may look things up in it: weights are those of densities, and gains are powers of two.
+  /// True if kernels may look things up in it: weights are those of densities, and gains are powers
+  /// of two.
   [[nodiscard]] bool is_sound() const;
 };
 
-/// targets  of the cones and of the discs in turn: [kAimKinds * target + kind]; weights are rounded to floats
+/// targets  of the cones and of the discs in turn: [kAimKinds * target + kind]; weights are rounded
+///          to floats
 [[nodiscard]] LightAim make_light_aim(std::span<const AimedTarget> targets, std::array<float, kAimKinds> gain);
 /// The same aim of a render whose splats name the starts of their light paths.
 [[nodiscard]] LightAim with_named_starts(LightAim aim);

@@ -24,12 +24,12 @@ class Denoiser {
   Denoiser(const Denoiser&) = delete;
   Denoiser& operator=(const Denoiser&) = delete;
 
-  /// The auxiliary channels of the library, beside R, G, B; they should be as noisy as the picture or
-  /// less.
+  /// The auxiliary channels of the library, beside R, G, B; they should be as noisy as the picture
+  /// or less.
   static constexpr std::array<std::string_view, 6> kAuxiliary{"albedo.R", "albedo.G", "albedo.B",
                                                               "normal.X", "normal.Y", "normal.Z"};
-  /// Replaces R, G, B of a picture that has the auxiliary channels by their estimate without noise; the other
-  /// channels stay.
+  /// Replaces R, G, B of a picture that has the auxiliary channels by their estimate without noise;
+  /// the other channels stay.
   /// throws InputError when the library fails, InternalError when the picture lacks a channel
   void denoise(Image& picture) const;
 

@@ -18,7 +18,8 @@ constexpr double kLeastBend = 0.1;          // change of the exponent that is wo
 
 /// The value that Student's t exceeds with this probability, below 1/2.
 double student_quantile(double probability, double freedom) {
-  // With t = sqrt(freedom) tan(u) the density is proportional to cos(u)^(freedom - 1), on a finite range. Simpson's rule.
+  // With t = sqrt(freedom) tan(u) the density is proportional to cos(u)^(freedom - 1), on a finite
+  // range. Simpson's rule.
   const auto exceeded = [&](double t) {
     constexpr int kSteps = 64;
     const double begin = std::atan(t / std::sqrt(freedom)), step = (std::numbers::pi / 2 - begin) / kSteps;

@@ -15,7 +15,8 @@ struct Exponent {
 /// y = c x^exponent, fitted by least squares to the logarithms.
 struct PowerLaw {
   Exponent exponent;
-  /// A place at which the exponent changes, if two exponents describe the points significantly better than one.
+  /// A place at which the exponent changes, if two exponents describe the points significantly
+  /// better than one.
   struct Bend {
     double x = 0;
     Exponent before, after;
@@ -23,9 +24,10 @@ struct PowerLaw {
   std::optional<Bend> bend{};
 };
 
-/// Fits at least three points of positive coordinates, x increasing; nothing for fewer. The doubt comes from how the
-/// points scatter about the line, by Student's t distribution. A bend is looked for at every point that has two or
-/// more on either side, and is significant at 1 % after Bonferroni.
+/// Fits at least three points of positive coordinates, x increasing; nothing for fewer. The doubt
+/// comes from how the points scatter about the line, by Student's t distribution. A bend is looked
+/// for at every point that has two or more on either side, and is significant at 1 % after
+/// Bonferroni.
 [[nodiscard]] std::optional<PowerLaw> fit_power_law(std::span<const double> x, std::span<const double> y);
 
 /// "-1.02 +- 0.03", or "-1.52 +- 0.05 up to 16, -1.01 +- 0.02 beyond".

@@ -76,8 +76,8 @@ std::string advice(int error) {
       fmt::format("cannot write \"{}\": {}: {}", path.string(), std::generic_category().message(error), advice(error)));
 }
 
-/// Names the process ids that this process sees: those of one boot of a machine, in one PID namespace. Empty if the
-/// kernel does not tell.
+/// Names the process ids that this process sees: those of one boot of a machine, in one PID
+/// namespace. Empty if the kernel does not tell.
 const std::string& name_of_process_ids() {
   static const std::string name = [] {
     std::string text;
@@ -91,14 +91,15 @@ const std::string& name_of_process_ids() {
 }
 
 /// The beginning of a file's temporary names, before the process and a number. File names are 255
-/// bytes at most. Processes of other machines and containers may write the same file, and have other names.
+/// bytes at most. Processes of other machines and containers may write the same file, and have
+/// other names.
 std::string temporary_prefix(const std::filesystem::path& path) {
   const std::string name = path.filename().string();
   return fmt::format(".{}.eikon-{}-", name.substr(0, std::min<std::size_t>(name.size(), 200)), name_of_process_ids());
 }
 
-/// Removes temporary files of this file whose process has ended, as far as it may. Processes that it cannot see may
-/// live, so their files stay.
+/// Removes temporary files of this file whose process has ended, as far as it may. Processes that
+/// it cannot see may live, so their files stay.
 void remove_left_behind(const std::filesystem::path& real) {
   if (name_of_process_ids().empty()) return;
   const std::string prefix = temporary_prefix(real);
@@ -115,7 +116,8 @@ void remove_left_behind(const std::filesystem::path& real) {
   }
 }
 
-/// Calls see(file) for a path and for all that the links lead to which it names. Returns the last; nothing if there are too many.
+/// Calls see(file) for a path and for all that the links lead to which it names. Returns the last;
+/// nothing if there are too many.
 template <class See>
 std::optional<std::filesystem::path> follow_links(const std::filesystem::path& path, const See& see) {
   constexpr int kMostLinks = 40;  // as Linux follows
@@ -131,7 +133,8 @@ std::optional<std::filesystem::path> follow_links(const std::filesystem::path& p
   return std::nullopt;
 }
 
-/// True if a path leads to an open stream of a process, as /dev/stdout does. It may be a file that others append to, or a pipe.
+/// True if a path leads to an open stream of a process, as /dev/stdout does. It may be a file that
+/// others append to, or a pipe.
 bool is_stream(const std::filesystem::path& path) {
   bool found = false;
   (void)follow_links(path, [&](const std::filesystem::path& file) {
@@ -178,7 +181,8 @@ AtomicFile::AtomicFile(const std::filesystem::path& path) {
                     path.string()));
   std::error_code why;
   const auto status = std::filesystem::status(path_, why);
-  // The temporary file has a short name, so a name that is too long would be found only when that is renamed.
+  // The temporary file has a short name, so a name that is too long would be found only when that
+  // is renamed.
   if (why == std::errc::filename_too_long) fail_with(path_, ENAMETOOLONG);
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
     throw InputError(

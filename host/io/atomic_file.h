@@ -12,7 +12,8 @@ namespace eikon {
 /// Names standard output where a file is to be written.
 inline constexpr const char* kStandardOutput = "-";
 
-/// The file that a path names behind symbolic links, whether it exists or not; nothing if they lead round in a loop.
+/// The file that a path names behind symbolic links, whether it exists or not; nothing if they lead
+/// round in a loop.
 [[nodiscard]] std::optional<std::filesystem::path> behind_links(const std::filesystem::path& path);
 
 /// Writes under a temporary name in the folder of the final one; commit() flushes it to the disk
@@ -23,8 +24,9 @@ inline constexpr const char* kStandardOutput = "-";
 /// the file alone. It is refused at once if standard output was closed when the process started.
 class AtomicFile {
  public:
-  /// Removes what a process that was killed while it wrote the same file has left, if it ran on this machine since its
-  /// start and in this PID namespace: whether others live cannot be seen from here.
+  /// Removes what a process that was killed while it wrote the same file has left, if it ran on
+  /// this machine since its start and in this PID namespace: whether others live cannot be seen
+  /// from here.
   /// throws InputError when the folder does not exist or cannot be written, or the path is a folder
   ///        or a device.
   explicit AtomicFile(const std::filesystem::path& path);

@@ -5,8 +5,8 @@
 
 namespace eikon {
 
-/// The text of a JSON tree. Bytes of strings that are not UTF-8, as names of files and devices may have, are replaced by
-/// U+FFFD, since the library would throw.
+/// The text of a JSON tree. Bytes of strings that are not UTF-8, as names of files and devices may
+/// have, are replaced by U+FFFD, since the library would throw.
 /// indent  blanks of each level; -1: all on one line
 [[nodiscard]] std::string dump_json(const nlohmann::json& tree, int indent = -1);
 

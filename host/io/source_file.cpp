@@ -199,7 +199,8 @@ Bytes decode_data_uri(std::string_view uri) {
   const bool is_base64 =
       head.size() > kBase64.size() && equals_ignoring_case(head.substr(head.size() - kBase64.size()), kBase64);
   if (!is_base64) return decode_percent_text(text);
-  // A URI may escape the signs of base64: +, / and = are reserved characters [RFC 3986, section 2.2].
+  // A URI may escape the signs of base64: +, / and = are reserved characters [RFC 3986, section
+  // 2.2].
   return text.find('%') != std::string_view::npos ? decode_base64(percent_decoded(text)) : decode_base64(text);
 }
 

@@ -90,7 +90,8 @@ bool TcpSender::is_closed() const {
 }
 
 void TcpSender::send(std::string_view bytes) {
-  // The system takes bytes for a connection that the other side has just closed, and says so only later.
+  // The system takes bytes for a connection that the other side has just closed, and says so only
+  // later.
   if (is_closed()) throw InputError("it closed the connection");
   while (!bytes.empty()) {
     const ssize_t sent = ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL);

@@ -21,16 +21,16 @@ using GiveUp = std::function<bool(double stalled_s)>;
 
 class TcpSender {
  public:
-  /// Connects to the first of the host's addresses that answers. The look-up of a host's name is left to the system,
-  /// which may take its time and cannot be given up.
+  /// Connects to the first of the host's addresses that answers. The look-up of a host's name is
+  /// left to the system, which may take its time and cannot be given up.
   /// throws InputError, without the address: "connection refused"
   TcpSender(const NetworkAddress& address, GiveUp give_up);
   ~TcpSender();
   TcpSender(const TcpSender&) = delete;
   TcpSender& operator=(const TcpSender&) = delete;
 
-  /// Hands all bytes to the system, which keeps up to half a megabyte of them until the other side reads.
-  /// throws InputError when the other side has closed, or give_up said so
+  /// Hands all bytes to the system, which keeps up to half a megabyte of them until the other side
+  /// reads. throws InputError when the other side has closed, or give_up said so
   void send(std::string_view bytes);
 
  private:

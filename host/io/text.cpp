@@ -14,8 +14,8 @@ constexpr std::size_t kMaxBytes = 100;
 
 bool is_continuation(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
 
-/// The code point of the UTF-8 sequence at the beginning of `text`, and its length; a byte that begins
-/// none has the length 0.
+/// The code point of the UTF-8 sequence at the beginning of `text`, and its length; a byte that
+/// begins none has the length 0.
 struct CodePoint {
   std::uint32_t value = 0;
   std::size_t length = 0;
@@ -42,7 +42,8 @@ bool is_harmless(std::uint32_t c) {
   return !is_control && !turns_writing;
 }
 
-/// The number of letters of a word that have to be inserted, left out or replaced to make it the other.
+/// The number of letters of a word that have to be inserted, left out or replaced to make it the
+/// other.
 std::size_t edits_between(std::string_view from, std::string_view to) {
   std::vector<std::size_t> row(to.size() + 1);  // edits that make what was read of `from` each beginning of `to`
   std::iota(row.begin(), row.end(), std::size_t{0});

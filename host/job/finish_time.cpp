@@ -51,9 +51,9 @@ double RenderJob::finish_seconds(const Film& film) {
   return one_s + row_s * (whole.height() - 1) + series_seconds(film) + kReserve_s;
 }
 
-// The images of a series are alike, so the last and longest stands for all of them. Its trial has as many rows as the strips of
-// all would have together: what is done with a strip finds its memory at hand, and took 0.7 of the time of as many rows of a
-// whole image.
+// The images of a series are alike, so the last and longest stands for all of them. Its trial has
+// as many rows as the strips of all would have together: what is done with a strip finds its memory
+// at hand, and took 0.7 of the time of as many rows of a whole image.
 double RenderJob::series_seconds(const Film& film) {
   const Crop& whole = film.layout().crop;
   const auto count = static_cast<std::uint32_t>(settings().depth_series.size());

@@ -21,7 +21,8 @@ constexpr double kUsualFinish_s = 0.5e-6;
 constexpr double kUsualRate = 2e6;            // samples per second
 constexpr std::uint64_t kUsualTargetSpp = 256;
 
-/// The number of the judgement at so many samples per pixel, counted from 1, which is that at kFirstJudgement samples.
+/// The number of the judgement at so many samples per pixel, counted from 1, which is that at
+/// kFirstJudgement samples.
 std::uint64_t judgement_number(std::uint64_t samples) {
   const std::uint64_t doubling = std::bit_floor(samples);
   const auto doublings = std::uint64_t(std::countr_zero(doubling) - std::countr_zero(kFirstJudgement));
@@ -51,7 +52,8 @@ std::uint64_t Goal::likely_samples(const GoalOptions& options, const Crop& crop)
   return std::max<std::uint64_t>(std::uint64_t(*options.seconds * kUsualRate / double(crop.pixel_count())), 1);
 }
 
-/// The samples per pixel after the next round. With --time the first rounds are short, since seconds may be, too.
+/// The samples per pixel after the next round. With --time the first rounds are short, since
+/// seconds may be, too.
 std::uint64_t Goal::next_end(std::uint64_t samples) const {
   if (samples < kFirstJudgement)
     return !options_.seconds ? kFirstJudgement : samples == 0 ? 1 : 2 * std::bit_floor(samples);
@@ -60,7 +62,8 @@ std::uint64_t Goal::next_end(std::uint64_t samples) const {
   const std::uint64_t step = doubling / kJudgementsPerDoubling;
   const std::uint64_t next = (samples / step + 1) * step;
   if (judged_ == 0 || error_.relmse <= 0) return next;
-  // No error falls faster than the square of the number of samples, so judgements that cannot find the target reached are left out.
+  // No error falls faster than the square of the number of samples, so judgements that cannot find
+  // the target reached are left out.
   const double least = double(judged_) * std::sqrt(error_.lo / *options_.relmse);
   return double(next) < least ? next_end(next) : next;
 }
@@ -100,7 +103,8 @@ Round Goal::next(const RoundEnd& now) {
     warn_if_out_of_reach(samples);
   }
   latest_s_ = latest_s(samples, now);
-  // Time to open devices does not count, and until a sample is done it is not known when rendering began.
+  // Time to open devices does not count, and until a sample is done it is not known when rendering
+  // began.
   const bool begins = options_.seconds && options_.times_rendering && now.render_s == 0;
   return {.end = begin_ + std::min(begins ? samples + 1 : next_end(samples), most_), .latest_s = latest_s_};
 }

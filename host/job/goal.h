@@ -20,28 +20,32 @@ inline constexpr std::uint64_t kMostSppOfGoals = std::uint64_t{1} << 24;
 struct GoalOptions {
   std::optional<double> relmse{};   // --target-error, as a relMSE
   std::optional<double> seconds{};  // --time
-  // `seconds` are of rendering, from the first unit on; else from the command's start to the last file.
+  // `seconds` are of rendering, from the first unit on; else from the command's start to the last
+  // file.
   bool times_rendering = false;
   [[nodiscard]] bool any() const { return relmse || seconds; }
 };
 
-/// Divides a render into rounds, and ends it when its error is below the target, or so that its files are written in
-/// time.
+/// Divides a render into rounds, and ends it when its error is below the target, or so that its
+/// files are written in time.
 ///
-/// The error is judged at 16 samples per pixel and four times in each doubling after that, always with the same number
-/// of samples in every pixel. So the number of samples at which a render ends, and with it every bit of the image,
-/// depends neither on the devices nor on interruptions. 16 samples are the least, because with fewer nothing is known
-/// of rare bright paths.
+/// The error is judged at 16 samples per pixel and four times in each doubling after that, always
+/// with the same number of samples in every pixel. So the number of samples at which a render ends,
+/// and with it every bit of the image, depends neither on the devices nor on interruptions. 16
+/// samples are the least, because with fewer nothing is known of rare bright paths.
 ///
-/// The error is judged many times, and the render ends at the first time that it seems low enough, so chance would end it too
-/// early more often than a single judgement errs (optional stopping). So the upper bound that the i-th judgement uses is exceeded
-/// by the true error with a probability of 0.05 / (i (i + 1)) only. These probabilities add up to 0.05: in 95 % of renders no bound
-/// of any judgement lies below the true error [Robbins 1970, "Statistical methods related to the law of the iterated logarithm";
-/// Howard et al. 2021, "Time-uniform, nonparametric, nonasymptotic confidence sequences", which calls judgements "looks"].
+/// The error is judged many times, and the render ends at the first time that it seems low enough,
+/// so chance would end it too early more often than a single judgement errs (optional stopping). So
+/// the upper bound that the i-th judgement uses is exceeded by the true error with a probability of
+/// 0.05 / (i (i + 1)) only. These probabilities add up to 0.05: in 95 % of renders no bound of any
+/// judgement lies below the true error [Robbins 1970, "Statistical methods related to the law of
+/// the iterated logarithm"; Howard et al. 2021, "Time-uniform, nonparametric, nonasymptotic
+/// confidence sequences", which calls judgements "looks"].
 class Goal {
  public:
   /// end_s: host_seconds() by which --time wants all to be done, unless it times rendering
-  /// finish_s: estimates the seconds between the last sample and the last file, with a film between two rounds
+  /// finish_s: estimates the seconds between the last sample and the last file, with a film between
+  /// two rounds
   Goal(const GoalOptions& options, const Settings& settings, double end_s, std::function<double(const Film&)> finish_s,
        Log log);
 
@@ -49,7 +53,8 @@ class Goal {
   void attach(RenderHooks& hooks);
   /// For RenderHooks::next_round.
   [[nodiscard]] Round next(const RoundEnd& now);
-  /// When the first round should have ended, by what is known before it; on the clock of host_seconds().
+  /// When the first round should have ended, by what is known before it; on the clock of
+  /// host_seconds().
   [[nodiscard]] double latest_s() const;
   /// Replaces the share of the work and the seconds left by those until the goal.
   void tell(Progress& progress) const;

@@ -22,7 +22,8 @@ void print_to_stderr(fmt::format_string<Arguments...> text, Arguments&&... argum
   (void)std::fputs(fmt::format(text, std::forward<Arguments>(arguments)...).c_str(), stderr);
 }
 
-/// Writes each line to stderr as "eikon: LINE", unless quiet. Names of files in it may hold anything.
+/// Writes each line to stderr as "eikon: LINE", unless quiet. Names of files in it may hold
+/// anything.
 inline Log log_unless(bool quiet) {
   if (quiet) return [](const std::string&) {};
   return [](const std::string& line) { print_to_stderr("eikon: {}\n", printable(line)); };

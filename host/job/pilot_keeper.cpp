@@ -70,7 +70,8 @@ void PilotKeeper::attach(RenderHooks& hooks, PilotCache* cache) {
   };
 }
 
-/// Another render may have written the file meanwhile. It then had the same pilot, or its file is replaced.
+/// Another render may have written the file meanwhile. It then had the same pilot, or its file is
+/// replaced.
 void PilotKeeper::write(const Pilot& pilot) {
   try {
     write_pilot(file_, pilot, settings_);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gives a render the pilot that is known of its image: from the file of --pilot, or from an earlier job of a batch.
+// Gives a render the pilot that is known of its image: from the file of --pilot, or from an earlier
+// job of a batch.
 #pragma once
 #include <filesystem>
 #include <map>
@@ -28,12 +29,12 @@ class PilotCache {
 
 class PilotKeeper {
  public:
-  /// file: of --pilot; empty: none. outputs: of the render
-  /// throws UsageError when it names standard output or an output; InputError when it neither exists nor can be written
+  /// file: of --pilot; empty: none. outputs: of the render throws UsageError when it names standard
+  /// output or an output; InputError when it neither exists nor can be written
   PilotKeeper(std::string file, const std::vector<std::filesystem::path>& outputs, Log log);
 
-  /// Reads the file if there is one, and says so, unless quiet, if the image has no pilot. To be called before the scene
-  /// is released.
+  /// Reads the file if there is one, and says so, unless quiet, if the image has no pilot. To be
+  /// called before the scene is released.
   /// throws InputError if it is damaged or of another image, and names what differs
   void begin(const Prepared& prepared, const Execution& execution, bool quiet);
   /// cache: to look in and add to; null: none

@@ -100,8 +100,8 @@ double asked_aspect(const SceneOptions& options) {
   return options.size ? double(options.size->width) / options.size->height : kDefaultAspect;
 }
 
-/// Decides whether the neutral studio lights a scene that has no environment, and logs why. The time of
-/// an animation does not count, so that the studio is on or off for a whole sequence.
+/// Decides whether the neutral studio lights a scene that has no environment, and logs why. The
+/// time of an animation does not count, so that the studio is on or off for a whole sequence.
 bool needs_studio(const SceneOptions& options, const Scene& scene, const Settings& settings, const Log& log) {
   constexpr const char* kChoose = "choose with --env none, neutral, FILE or R,G,B";
   if (!is_lit_at_some_time(options, scene)) {
@@ -180,7 +180,8 @@ bool has_motion_layer(const SceneOptions& options) {
   return std::ranges::find(options.aovs, "motion") != options.aovs.end();
 }
 
-/// The camera as it stands in the next frame, for the layer `motion`; nothing without it. throws UsageError
+/// The camera as it stands in the next frame, for the layer `motion`; nothing without it. throws
+/// UsageError
 std::optional<Camera> next_camera(const SceneOptions& options, const Scene& scene, double aspect,
                                   const Camera& camera) {
   if (!has_motion_layer(options)) return std::nullopt;
@@ -296,8 +297,8 @@ void settle_caustics(const SceneOptions& options, Settings& settings) {
   if (options.light_paths == 0.0) refuse("photons come by light paths; leave out --light-paths off");
 }
 
-/// The number of light paths that is asked for, or a trial of it. A picture without a trial has light paths if they find light that
-/// nothing else finds.
+/// The number of light paths that is asked for, or a trial of it. A picture without a trial has
+/// light paths if they find light that nothing else finds.
 /// throws UsageError if the way of rendering has none of those that are asked for
 void settle_light_paths(const SceneOptions& options, const Scene& scene, Settings& settings) {
   if (options.light_paths.value_or(0) > 0) require_light_paths(options, "--light-paths");

@@ -33,8 +33,8 @@ struct LensOptions {
   std::optional<double> focus_distance_m;
 };
 
-/// At most one of `map`, `radiance` and `neutral`; none: the scene's environment, or the neutral studio
-/// where the scene is dark without it.
+/// At most one of `map`, `radiance` and `neutral`; none: the scene's environment, or the neutral
+/// studio where the scene is dark without it.
 struct EnvironmentOptions {
   std::string map;                    // OpenEXR or Radiance file
   std::shared_ptr<const EnvironmentMap> loaded{};  // what `map` or `neutral` stand for, if that is in memory already
@@ -43,8 +43,8 @@ struct EnvironmentOptions {
   double scale = 1, rotate_deg = 0;   // of whichever environment is used
 };
 
-/// Returns true if what --env takes names the file of a map. Else it is `none`, `neutral`, or R,G,B, as all is that begins with
-/// a number.
+/// Returns true if what --env takes names the file of a map. Else it is `none`, `neutral`, or
+/// R,G,B, as all is that begins with a number.
 [[nodiscard]] bool names_environment_file(const std::string& text);
 
 /// `direct` is `path` with at most two edges.
@@ -65,7 +65,8 @@ struct AnimationOptions {
 };
 
 inline constexpr std::uint64_t kUsualSpp = 64;  // samples per pixel
-// Light paths for each path from the camera, of an image without a trial; and where they alone find some of the light.
+// Light paths for each path from the camera, of an image without a trial; and where they alone find
+// some of the light.
 inline constexpr double kUsualLightPaths = 1.0 / 16, kUsualLightPathsAlone = 1.0 / 4;
 
 /// The wishes of a user for the scene, the camera and the picture. They decide all of the Settings.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A render from its options to its files, in the steps load(), render(), write(). Any number of jobs can run in one process,
-// each with one thread at a time: the caller handles signals, progress and messages.
+// A render from its options to its files, in the steps load(), render(), write(). Any number of
+// jobs can run in one process, each with one thread at a time: the caller handles signals, progress
+// and messages.
 #pragma once
 #include <atomic>
 #include <filesystem>
@@ -36,7 +37,8 @@ class RenderJob {
   void use(std::shared_ptr<PackedScene> packed) { packed_ = std::move(packed); }
   /// Makes render() look for the image's pilot here, and keep it here.
   void share(PilotCache& pilots) { pilots_ = &pilots; }
-  /// Takes a turn of `devices`: render() then takes its devices from there. To be called after use(), if that is called.
+  /// Takes a turn of `devices`: render() then takes its devices from there. To be called after
+  /// use(), if that is called.
   /// stop  as DevicePrefetcher::turn() takes it
   void take_devices(DevicePrefetcher& devices, const std::atomic<bool>& stop);
   /// Renders until all is done or `stop` is set. throws Error
@@ -93,18 +95,20 @@ class RenderJob {
   void settle_goal();
   /// The goal of a render that begins now.
   [[nodiscard]] Goal make_goal();
-  /// Estimates the seconds from the last sample to the last file, by write_trial() on some rows of the film.
+  /// Estimates the seconds from the last sample to the last file, by write_trial() on some rows of
+  /// the film.
   [[nodiscard]] double finish_seconds(const Film& film);
   /// The part of that which the images of --depth-series take.
   [[nodiscard]] double series_seconds(const Film& film);
-  /// Does with the film what the end of the job does but for --depth-series (predict, denoise, write), and removes the
-  /// files again.
+  /// Does with the film what the end of the job does but for --depth-series (predict, denoise,
+  /// write), and removes the files again.
   void write_trial(const Film& film);
   /// Writes one image and its PNG, and removes them again.
   void write_trial_picture(const Film& film, const ExrOptions& exr);
   /// The options of the images of --depth-series, of those of the picture.
   [[nodiscard]] static ExrOptions options_of_series(ExrOptions exr);
-  /// After a render that ended by its goal: shortens the range of samples to what was done, so that headers state it.
+  /// After a render that ended by its goal: shortens the range of samples to what was done, so that
+  /// headers state it.
   void end_samples();
   [[nodiscard]] ExrOptions exr_options() const;
   /// The last line that print() prints: what ended the render.

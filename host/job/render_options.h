@@ -64,7 +64,8 @@ struct RenderOptions {
   /// The file beside `file` for light that was scattered at most `most` times (--depth-series):
   /// room.exr -> room.depth2.exr.
   [[nodiscard]] static std::filesystem::path partial(const std::filesystem::path& file, std::uint32_t most);
-  /// True if its image has the exact sums, so that it can be merged, and an interrupted one can go on.
+  /// True if its image has the exact sums, so that it can be merged, and an interrupted one can go
+  /// on.
   [[nodiscard]] bool keeps_sums() const { return scene.samples || scene.crop; }
   /// The files that a finished render leaves.
   [[nodiscard]] std::vector<std::filesystem::path> results() const;

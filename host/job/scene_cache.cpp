@@ -46,8 +46,8 @@ std::uint64_t bytes_of(const SceneCache::Kept& kept) {
   return bytes;
 }
 
-// The most that are kept, whatever their size: scenes, packed forms of one scene, and, among the scenes, poses and variants of
-// one file.
+// The most that are kept, whatever their size: scenes, packed forms of one scene, and, among the
+// scenes, poses and variants of one file.
 constexpr std::size_t kScenes = 8, kPackedForms = 4;
 constexpr std::ptrdiff_t kPoses = 2;
 

@@ -13,8 +13,9 @@ std::atomic<bool> stop_requested{false}, stops_are_caught{false};
 std::atomic<int> stop_signal{0};
 std::atomic<std::uint64_t> checkpoint_requests{0};
 
-// A stop often comes more than once: GNU timeout signals its command and then the process group, and a task of a farm
-// is signalled both by its queue and by its own script. What comes later than this is somebody who does not want to wait.
+// A stop often comes more than once: GNU timeout signals its command and then the process group,
+// and a task of a farm is signalled both by its queue and by its own script. What comes later than
+// this is somebody who does not want to wait.
 constexpr std::chrono::seconds kOneStop{1};
 
 bool is_ignored(int signal) {

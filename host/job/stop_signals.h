@@ -17,8 +17,9 @@ namespace eikon {
 /// becomes an error instead of a signal.
 void receive_signals();
 
-/// From now on, signals that stop set the flag that is returned. A SIGINT or SIGTERM that comes a second or more after the
-/// first of the two ends the process at once; SIGHUP does not count, since shells and terminals each send one.
+/// From now on, signals that stop set the flag that is returned. A SIGINT or SIGTERM that comes a
+/// second or more after the first of the two ends the process at once; SIGHUP does not count, since
+/// shells and terminals each send one.
 [[nodiscard]] const std::atomic<bool>& catch_stop_signals();
 
 /// The exit code after the signal that came: interrupted after SIGINT, else terminated.

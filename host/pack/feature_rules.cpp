@@ -172,7 +172,8 @@ Need light_tree(const SceneFacts& facts) {
   return {facts.lights.wants_tree(), fmt::format("{} lights that have a place", facts.lights.places())};
 }
 
-/// Light paths go from lights that have a place or a direction to surfaces that reflect or refract exactly or nearly.
+/// Light paths go from lights that have a place or a direction to surfaces that reflect or refract
+/// exactly or nearly.
 Need light_paths(const SceneFacts& facts) {
   const Settings& settings = facts.settings;
   if (settings.light_path_count == 0) return {false, "--light-paths"};

@@ -33,7 +33,8 @@ struct FeatureEntry {
   std::string reason;  // who needs it, or why it is out
 };
 
-/// The features of features.def for which the kernels of a scene are compiled. Each is on or off, and states the reason.
+/// The features of features.def for which the kernels of a scene are compiled. Each is on or off,
+/// and states the reason.
 class Features {
  public:
   Features(const Scene& scene, const Settings& settings);
@@ -46,8 +47,9 @@ class Features {
   /// Turns feature `instance` on or off. It depends on more than scene and settings (features_of),
   /// and is off at first.
   void set_two_level(bool on, const std::string& reason);
-  /// Turns the features of path guiding on or off, which change no other one. Whether they are needed shows only when
-  /// the scene is packed: path_log for the pilot's program, guiding for the render's.
+  /// Turns the features of path guiding on or off, which change no other one. Whether they are
+  /// needed shows only when the scene is packed: path_log for the pilot's program, guiding for the
+  /// render's.
   void set_guiding(bool guiding, bool path_log);
   /// Turns photons off, for the program of a pilot.
   void leave_out_merging() { entries_[std::size_t(Feature::merging)].on = false; }

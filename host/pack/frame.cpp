@@ -29,7 +29,8 @@ double clear_way(const PackedScene& packed, const glm::dvec3& eye, const glm::dv
   return double(float(std::max(0.0, glm::dot(center - eye, dir) - glm::dot(half, glm::abs(dir)) - 0x1p-4 * size)));
 }
 
-/// Sets the inverse of the camera (kernels/film/camera_connection.h), and what light paths need besides.
+/// Sets the inverse of the camera (kernels/film/camera_connection.h), and what light paths need
+/// besides.
 void set_light_paths(Frame& frame, const PackedScene& packed, const Settings& settings) {
   if (packed.light_targets.empty() || settings.light_path_count == 0) return;
   const auto vector = [](const float4& v) { return glm::dvec3(v.x, v.y, v.z); };
@@ -57,7 +58,8 @@ void set_light_paths(Frame& frame, const PackedScene& packed, const Settings& se
   frame.crop_end = settings.crop.x1 | settings.crop.y1 << 16;
 }
 
-/// Sets the radius in which the first photons are gathered: that of kPhotonPixels pixels, seen where the scene is.
+/// Sets the radius in which the first photons are gathered: that of kPhotonPixels pixels, seen
+/// where the scene is.
 void set_photons(Frame& frame, const PackedScene& packed, const Settings& settings) {
   if (!settings.merges_caustics || packed.bounds.empty()) return;
   constexpr double kPhotonPixels = 2;
@@ -81,7 +83,8 @@ void set_sampling(Frame& frame, const Settings& settings) {
   if (settings.guide != nullptr) set_guide(frame, *settings.guide);
 }
 
-/// Sets where a camera stands. ahead_m: by which an orthographic camera's plane moves towards the scene
+/// Sets where a camera stands. ahead_m: by which an orthographic camera's plane moves towards the
+/// scene
 void set_camera(Frame& frame, const Camera& camera, const Settings& settings, double ahead_m) {
   const glm::dmat4& m = camera.world_from_camera;
   const glm::dvec3 right = glm::normalize(glm::dvec3(m[0])), up = glm::normalize(glm::dvec3(m[1])),

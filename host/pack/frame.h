@@ -8,8 +8,9 @@ namespace eikon {
 /// Fills in camera, environment and bounds. The fields that differ from unit to unit are left 0.
 [[nodiscard]] Frame pack_frame(const PackedScene& packed, const Settings& settings);
 
-/// EK_CAMERA_POSE_WORDS for each of Settings::camera_poses, as kernels/film/camera.h reads them; behind them, for the layer
-/// `motion`, the camera's EK_MOTION_CAMERA_WORDS in this frame and in the next one (kernels/film/motion_vector.h).
+/// EK_CAMERA_POSE_WORDS for each of Settings::camera_poses, as kernels/film/camera.h reads them;
+/// behind them, for the layer `motion`, the camera's EK_MOTION_CAMERA_WORDS in this frame and in
+/// the next one (kernels/film/motion_vector.h).
 [[nodiscard]] std::vector<float> camera_pose_words(const Settings& settings);
 
 /// The frame of a unit with these samples of each of its pixels.

@@ -29,7 +29,8 @@ struct PackedLight {
   double probability = 0;  // of being sampled
 };
 
-/// The arrays that are uploaded to devices, and what the host needs beside them to trace, guide and report.
+/// The arrays that are uploaded to devices, and what the host needs beside them to trace, guide and
+/// report.
 struct PackedScene {
   // Triangles of the world, then triangles of the stored meshes in object space, then a record for
   // each shape.
@@ -58,16 +59,19 @@ struct PackedScene {
   float light_scale = 1;                            // from metres to the unit of the nodes
   DeviceVector<float4> environment_texels;          // of a map: radiance, and the density of light sampling per sr
   std::vector<AliasEntry> environment_alias_table;  // of the texels
-  // With feature light_paths; empty where no light reaches anything that reflects or refracts exactly.
+  // With feature light_paths; empty where no light reaches anything that reflects or refracts
+  // exactly.
   std::vector<AliasEntry> emission_alias_table;  // of lights, by which light paths start
   std::vector<float> emission_pdf;               // probability of each light, of triangles per m^2
   std::vector<float> emission_aim;  // of each: density of directions to the targets, per sr, a power of two
   std::vector<float4> light_targets;             // balls, world: centre and radius
-  /// In proportion to the light paths that are aimed at each target if they start evenly: from points, and of parallel light, in turn.
+  /// In proportion to the light paths that are aimed at each target if they start evenly: from
+  /// points, and of parallel light, in turn.
   std::vector<double> light_target_shares;
   bool has_exact_light_targets = false;          // some surface reflects or refracts exactly
   std::vector<PackedLight> light_summary;        // one per emissive material, other light, and the environment
-  // Triangles and lights that move while the shutter is open (kernels/surface/motion.h, kernels/lights/light.h).
+  // Triangles and lights that move while the shutter is open (kernels/surface/motion.h,
+  // kernels/lights/light.h).
   std::uint32_t pose_steps = 0;           // steps of the shutter's time; 0: nothing moves
   DeviceVector<std::uint32_t> motion;     // empty: no triangle moves
   DeviceVector<Triangle> pose_triangles;  // as among `triangles`, but for the corners and n_x: twice the area there
@@ -87,7 +91,8 @@ struct PackedScene {
   [[nodiscard]] std::size_t triangle_count() const { return triangles.size() - shapes.size(); }
   /// Triangles with each instance counted.
   [[nodiscard]] std::uint64_t instanced_triangle_count() const;
-  /// For each triangle that moves 1 + its first record among those of poses, 0 for others. `motion` is not empty.
+  /// For each triangle that moves 1 + its first record among those of poses, 0 for others. `motion`
+  /// is not empty.
   [[nodiscard]] const std::uint32_t* first_records() const { return motion.data() + motion[1]; }
   /// Bytes of what moves, on a device.
   [[nodiscard]] std::uint64_t motion_bytes() const;
@@ -102,7 +107,8 @@ struct PackedScene {
 /// records  as of PackedScene::first_records()
 [[nodiscard]] DeviceVector<std::uint32_t> motion_table(std::uint32_t steps, std::span<const std::uint32_t> records);
 
-/// A tree of the triangles that stand still, and one of those that move; brute force takes both together.
+/// A tree of the triangles that stand still, and one of those that move; brute force takes both
+/// together.
 [[nodiscard]] Accel build_over_time(const PackedScene& packed, const AccelOptions& options);
 
 /// Lays out everything but the trees. With feature `instance` the meshes that allow it are stored
@@ -119,7 +125,8 @@ PackedScene pack_and_release(Scene& scene, const Features& features, const Setti
 /// owner  of the scene that it was packed from; null: the scene outlives all who share it
 [[nodiscard]] std::shared_ptr<PackedScene> share(PackedScene packed, std::shared_ptr<const void> owner);
 
-/// The most bytes of records of what moves while the shutter is open: of all triangles of the nodes that move, at each pose.
+/// The most bytes of records of what moves while the shutter is open: of all triangles of the nodes
+/// that move, at each pose.
 [[nodiscard]] std::uint64_t pose_bytes(const Scene& scene, const Features& features);
 
 /// Holds what `eikon info` tells of the light in a scene.
@@ -128,8 +135,8 @@ struct LightOverview {
   std::uint64_t bytes = 0;  // of `packed` and the lights, on a device
 };
 
-/// Looks at the light in a scene without laying it out, in memory that does not grow with the lights.
-/// throws InputError as pack_scene does
+/// Looks at the light in a scene without laying it out, in memory that does not grow with the
+/// lights. throws InputError as pack_scene does
 LightOverview look_at_light(const Scene& scene, const Features& features, const Settings& settings);
 LightOverview look_at_light(Scene&& scene, const Features& features, const Settings& settings) = delete;
 

@@ -54,8 +54,8 @@ void pack_geometry(const Scene& scene, std::vector<Mesh>* release, const Feature
 void pack_emitters(const Scene& scene, const Features& features, PackedScene& packed,
                    const std::function<void()>& full);
 
-/// Packs the poses of triangles that move while the shutter is open, and extends the bounds. Runs after all other parts.
-/// throws InputError when they are more than an index can name
+/// Packs the poses of triangles that move while the shutter is open, and extends the bounds. Runs
+/// after all other parts. throws InputError when they are more than an index can name
 void pack_motion(const Scene& scene, const Features& features, PackedScene& packed);
 
 /// Packs where the triangles that move until the next frame are then. Runs after all other parts.
@@ -76,9 +76,10 @@ void pack_materials(const Scene& scene, const Features& features, PackedScene& p
 /// throws InputError for an environment that is too large or too bright
 void pack_lights(const Scene& scene, const Features& features, const Settings& settings, PackedScene& packed);
 
-/// Packs the shapes, the bounds and the summary of lights, and neither triangles nor lights: what emits is looked at a few
-/// triangles at a time. Runs after pack_materials. Returns the bytes that pack_lights would need for the lights.
-/// throws InputError as pack_emitters, pack_shapes and pack_lights do
+/// Packs the shapes, the bounds and the summary of lights, and neither triangles nor lights: what
+/// emits is looked at a few triangles at a time. Runs after pack_materials. Returns the bytes that
+/// pack_lights would need for the lights. throws InputError as pack_emitters, pack_shapes and
+/// pack_lights do
 [[nodiscard]] std::uint64_t summarise_lights(const Scene& scene, const Features& features, const Settings& settings,
                                              PackedScene& packed);
 

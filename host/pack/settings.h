@@ -37,15 +37,16 @@ enum class LightSampling {
   return sampling == LightSampling::mis || sampling == LightSampling::light;
 }
 
-/// The rays that pass the backs of single-sided surfaces (glTF's doubleSided: false), as if those were not there.
+/// The rays that pass the backs of single-sided surfaces (glTF's doubleSided: false), as if those
+/// were not there.
 enum class Culling {
   none,
   camera,  // the rays from the camera to what they meet first; shadow rays and scattered rays meet both sides
 };
 [[nodiscard]] const char* name_of(Culling culling);  // as --cull has it
 
-/// A choice whether paths follow what a pilot, a small render before the render, learned about where light comes from.
-/// The mean of the image is the same either way.
+/// A choice whether paths follow what a pilot, a small render before the render, learned about
+/// where light comes from. The mean of the image is the same either way.
 enum class Guiding {
   automatic,  // where the pilot finds that it pays
   on,         // always
@@ -65,15 +66,16 @@ struct Settings {
   std::uint32_t width = 0, height = 0;
   Crop crop;
   std::uint64_t sample_begin = 0, sample_end = 64;  // half-open
-  /// Samples of each pixel that are likely, if the render may end before sample_end; 0: all. Preparation that pays
-  /// off later depends on it; the image does not.
+  /// Samples of each pixel that are likely, if the render may end before sample_end; 0: all.
+  /// Preparation that pays off later depends on it; the image does not.
   std::uint64_t likely_samples = 0;
   std::uint32_t seed = 0;
-  // log2 of the number of replicates: sample i of each pixel belongs to replicate i modulo that number, and the replicates are
-  // independent, so that their spread tells the error of the image (film/film.h).
+  // log2 of the number of replicates: sample i of each pixel belongs to replicate i modulo that
+  // number, and the replicates are independent, so that their spread tells the error of the image
+  // (film/film.h).
   std::uint32_t replicate_bits = 1;
-  // The most edges of a path. Edge 1 goes from the camera to what it meets first, edge 2 from there on; null interfaces
-  // (kernels/surface/nested_media.h) do not count. 0: no limit
+  // The most edges of a path. Edge 1 goes from the camera to what it meets first, edge 2 from there
+  // on; null interfaces (kernels/surface/nested_media.h) do not count. 0: no limit
   std::uint32_t max_depth = 0;
   Integrator integrator = Integrator::path;
   std::uint32_t roulette_depth = 4;  // the first edge that Russian roulette decides on
@@ -87,10 +89,12 @@ struct Settings {
   PixelFilter filter;
   bool transparent = false;            // the film leaves out the environment that the camera sees, and has a channel A
   std::uint64_t light_path_count = 0;  // of each sample index; the image has them whatever its crop. 0: none
-  /// Camera paths of the trial that decides on light_path_count (usual_light_trial_paths); 0: there is none.
+  /// Camera paths of the trial that decides on light_path_count (usual_light_trial_paths); 0: there
+  /// is none.
   std::uint64_t light_trial_paths = 0;
   std::shared_ptr<const LightAim> light_aim;  // what the trial learned about their starts; null: these are even
-  /// Photons light what is seen through glass and in mirrors (wavefront/photons/photon_map.h), with a bias.
+  /// Photons light what is seen through glass and in mirrors (wavefront/photons/photon_map.h), with
+  /// a bias.
   bool merges_caustics = false;
   Guiding guiding = Guiding::off;
   std::uint64_t pilot_paths = 0;            // from which it is learned how to guide paths (usual_pilot_paths); 0: none
@@ -137,15 +141,17 @@ struct Execution {
   bool ticks = true;                         // false: times stages as on a processor without a cycle counter
   bool optimise = true;                      // false: -cl-opt-disable
   std::string extra_flags = "";              // see ProgramOptions
-  // A device is given up if a unit takes longer than this, and longer than expected (device_sessions.h).
+  // A device is given up if a unit takes longer than this, and longer than expected
+  // (device_sessions.h).
   double watchdog_s = 10;
   std::shared_ptr<Trace> trace;       // of --profile; may be null
   Trace::Track track = Trace::kMain;  // of the thread at work, in the trace
 };
 
-/// Reads EIKON_LANES, EIKON_STAGES, EIKON_NO_OPTIMISE, EIKON_WATCHDOG, EIKON_TICKS, EIKON_UNIT_PATHS and EIKON_UNIT_BLOCK,
-/// which `eikon --help` explains. As long as `execution` or a copy of it lives, the host uses at most
-/// `execution.threads` threads, and at most those that the process may use.
+/// Reads EIKON_LANES, EIKON_STAGES, EIKON_NO_OPTIMISE, EIKON_WATCHDOG, EIKON_TICKS,
+/// EIKON_UNIT_PATHS and EIKON_UNIT_BLOCK, which `eikon --help` explains. As long as `execution` or
+/// a copy of it lives, the host uses at most `execution.threads` threads, and at most those that
+/// the process may use.
 /// throws UsageError
 void read_execution_environment(Execution& execution);
 

@@ -16,7 +16,8 @@ const std::map<std::string, std::string>& embedded_page_files();
 /// `text` such that HTML shows it as it is, also in an attribute.
 [[nodiscard]] std::string html_text(std::string_view text);
 
-/// A value as JSON for a script element: no text in it ends the element, begins a comment, or is not UTF-8.
+/// A value as JSON for a script element: no text in it ends the element, begins a comment, or is
+/// not UTF-8.
 [[nodiscard]] std::string script_json(const Json& value);
 
 /// The parts of a page.
@@ -27,7 +28,8 @@ struct PageParts {
   const Json& data;                  // for the scripts, as the text of the element with the id `data`
 };
 
-/// The page file `body` in a page with these parts. Its policy forbids whatever comes from elsewhere.
+/// The page file `body` in a page with these parts. Its policy forbids whatever comes from
+/// elsewhere.
 /// connects  its scripts may ask the server that it came from
 /// throws InternalError for a name of no page file
 [[nodiscard]] std::string make_page(const std::string& body, const PageParts& parts, bool connects = false);

@@ -18,8 +18,9 @@ struct RenderPage {
 [[nodiscard]] std::string report_page(const RenderPage& parts);
 
 /// The page of a batch.
-/// batch  {"name", "command", "version", "seconds", "jobs": [{"line", "state", "command", "output", "seconds",
-///        "render_seconds", "samples", "relmse", "message"}, ...]}; what is unknown is null
+/// batch  {"name", "command", "version", "seconds", "jobs": [{"line", "state", "command", "output",
+///        "seconds", "render_seconds", "samples", "relmse", "message"}, ...]}; what is unknown is
+///        null
 [[nodiscard]] std::string batch_page(const Json& batch);
 
 }  // namespace eikon

@@ -34,8 +34,9 @@ bool is_of_python(const struct sigaction& action) {
          object_of(reinterpret_cast<const void*>(&PyErr_CheckSignals));
 }
 
-/// Puts back the handlers of signals that others have replaced by their own. One that Python has set meanwhile stays. Calls may
-/// overlap: the first one keeps the handlers, and each puts them back at its end.
+/// Puts back the handlers of signals that others have replaced by their own. One that Python has
+/// set meanwhile stays. Calls may overlap: the first one keeps the handlers, and each puts them
+/// back at its end.
 class KeptHandlers {
  public:
   KeptHandlers() {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The module eikon._eikon: what the package in eikon/ calls. Words are those of the command line, so a render from Python is that
-// of `eikon render` with the same words.
+// The module eikon._eikon: what the package in eikon/ calls. Words are those of the command line,
+// so a render from Python is that of `eikon render` with the same words.
 #include <fmt/format.h>
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
@@ -45,7 +45,8 @@ std::vector<std::string> strings_of(const std::vector<nb::bytes>& words) {
   return strings;
 }
 
-/// Text for Python. Bytes that are not UTF-8, which names of files may have, are escaped, as the program prints them.
+/// Text for Python. Bytes that are not UTF-8, which names of files may have, are escaped, as the
+/// program prints them.
 nb::str text_of(std::string_view text) {
   return nb::steal<nb::str>(PyUnicode_DecodeUTF8(text.data(), Py_ssize_t(text.size()), "backslashreplace"));
 }
@@ -101,8 +102,8 @@ class ProgressCall {
   std::exception_ptr raised_;
 };
 
-/// Renders what the words after `eikon render` say, and writes its files. Returns the exit code, notes for the user, and
-/// whether there is a picture: nothing is written before the first sample.
+/// Renders what the words after `eikon render` say, and writes its files. Returns the exit code,
+/// notes for the user, and whether there is a picture: nothing is written before the first sample.
 std::tuple<int, nb::list, bool> render_words(const std::vector<nb::bytes>& words, const nb::object& progress) {
   RenderOptions options = parse_render(strings_of(words));
   if (options.frames || options.is_replay())
@@ -152,7 +153,8 @@ int merge_words(const std::vector<nb::bytes>& given) {
   return int(code);
 }
 
-/// The keywords of a command that take a value, which True is not: its flag alone would take the next word for it.
+/// The keywords of a command that take a value, which True is not: its flag alone would take the
+/// next word for it.
 nb::list valued_keywords(const std::string& command) {
   nb::list keywords;
   for (const CommandHelp& known : describe_commands().commands)
@@ -260,7 +262,8 @@ std::map<ExitCode, PyObject*>& exception_kinds() {
   return kinds;
 }
 
-/// Raises an error of the program in Python. That of nanobind would fail for names of files that are not UTF-8.
+/// Raises an error of the program in Python. That of nanobind would fail for names of files that
+/// are not UTF-8.
 void raise_in_python(const std::exception_ptr& thrown, void* base) {
   try {
     std::rethrow_exception(thrown);

@@ -144,7 +144,8 @@ std::unique_ptr<DevicePrefetcher::Turn> DevicePrefetcher::turn(const Image& imag
   std::unique_lock lock(mutex_);
   Choice choice = choose(image, key);
   while (choice.prepare && under_way_ < turns_ && !stop) changed_.wait_for(lock, std::chrono::milliseconds(50));
-  // Nothing is uploaded to CPU devices beforehand, so a second pool would only compile once more what the first one has.
+  // Nothing is uploaded to CPU devices beforehand, so a second pool would only compile once more
+  // what the first one has.
   const bool has_programs = choice.prepare && !stop && pools_[last_].program == program && has_only_cpus(image);
   if (has_programs) choice.pool = last_;
   last_ = choice.pool;

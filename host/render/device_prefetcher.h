@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Prepares devices for the renders of a batch: while one image is rendered, programs and buffers of
-// the next are made ready on devices of another pool. Two pools take turns, unless the next image needs nothing but trees.
+// the next are made ready on devices of another pool. Two pools take turns, unless the next image
+// needs nothing but trees.
 #pragma once
 #include <array>
 #include <atomic>

@@ -23,7 +23,8 @@ struct RenderTotals {
   RayCounts rays;
   // Rays that ended their search for an implicit surface after too many steps, and passed through.
   std::uint64_t given_up = 0;
-  // The surfaces of these rays. Bit i stands for Scene::shapes[i], and bit 31 for shapes[31] and all behind it.
+  // The surfaces of these rays. Bit i stands for Scene::shapes[i], and bit 31 for shapes[31] and
+  // all behind it.
   std::uint32_t given_up_surfaces = 0;
   std::uint64_t nonfinite = 0, saturated = 0;  // as UnitResult has them
   std::vector<PixelSample> rejected;           // the first few samples that were left out of the film
@@ -38,8 +39,8 @@ struct DeviceReport {
   std::uint64_t samples = 0, units = 0;  // of those that are in the film
   std::uint64_t device_bytes = 0;        // memory of its buffers
   RayCounts rays;
-  // Rays of speculative copies (schedule.h) that another device was faster with. `rays` and `samples` leave them out;
-  // stages, bounces and times include them.
+  // Rays of speculative copies (schedule.h) that another device was faster with. `rays` and
+  // `samples` leave them out; stages, bounces and times include them.
   RayCounts repeated_rays;
   double open_s = 0, compile_s = 0, upload_s = 0;  // over all times that it was opened
   double busy_s = 0;  // from its first unit to its last, without the time between rounds

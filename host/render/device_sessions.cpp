@@ -131,7 +131,7 @@ void DeviceSessions::finished(std::size_t device, const Schedule::Assignment& as
     session.failures_in_a_row = 0;
     if (++session.successes >= kForgivingUnits) session.failures = 0;
     if (!counts) {
-      // Another device had finished it first: its samples count there, its time was spent here all the same.
+      // Another device had finished it first: its samples count there, and its time counts here.
       reports_[device].repeated_rays += result.rays;
       count_time(device, now_s);
       return;

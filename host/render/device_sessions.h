@@ -26,7 +26,8 @@ class DeviceSessions {
   /// Opening a device may take so many times the watchdog's seconds, because the compilers of some
   /// drivers take minutes.
   static constexpr double kOpeningWatchdogs = 60;
-  /// The most seconds that units may take. expected_s: what they are likely to take; nothing while no rate is known
+  /// The most seconds that units may take. expected_s: what they are likely to take; nothing while
+  /// no rate is known
   [[nodiscard]] static double unit_limit_s(double watchdog_s, std::optional<double> expected_s);
   /// devices     what is known of them; one with an error takes no part and has no thread
   /// watchdog_s  a unit may take the larger of that and 20 times what is expected, or 6 times that
@@ -59,7 +60,8 @@ class DeviceSessions {
 
   /// Adds work for the devices.
   void open(const std::vector<WorkUnit>& boxes);
-  /// Before the first open(): no unit will cross a multiple of so many samples (UnitPool::set_period).
+  /// Before the first open(): no unit will cross a multiple of so many samples
+  /// (UnitPool::set_period).
   void set_period(std::uint64_t period);
   /// From now on no unit is assigned that should end later, on the clock of host_seconds().
   void set_latest(double latest_s);

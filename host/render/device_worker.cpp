@@ -44,7 +44,8 @@ class SumsAdder {
   std::future<void> adding_;
 };
 
-/// Processes `unit` and those after it, until there is none now, or until larger ones are to be tried.
+/// Processes `unit` and those after it, until there is none now, or until larger ones are to be
+/// tried.
 void process_row_of_units(DeviceSessions& sessions, std::size_t device, UnitRunner& runner, UnitShrink& shrink,
                           std::optional<Schedule::Assignment> unit) {
   SumsAdder adder(sessions, device, runner);

@@ -28,11 +28,11 @@ class UnitRunner {
   /// Begins the first unit after a pause. throws DeviceError
   virtual void begin(const WorkUnit& unit) = 0;
   /// Begins the unit of `next` as soon as the device has room for it, and waits for the unit that
-  /// was begun before. The result is valid until the next call asks for a unit. throws DeviceError for
-  /// the unit that it waits for; an error of the next unit comes with the next call.
+  /// was begun before. The result is valid until the next call asks for a unit. throws DeviceError
+  /// for the unit that it waits for; an error of the next unit comes with the next call.
   virtual UnitResult finish(const Next& next) = 0;
-  /// Units are driven launch by launch, so that the device idles while its thread does anything else. Their sums are
-  /// added on another thread.
+  /// Units are driven launch by launch, so that the device idles while its thread does anything
+  /// else. Their sums are added on another thread.
   [[nodiscard]] virtual bool needs_its_thread() const { return false; }
   /// Opens a span on the track of the device's thread, for --profile.
   [[nodiscard]] virtual TraceScope scope(const char* name) { return {nullptr, Trace::kMain, name}; }
@@ -53,7 +53,8 @@ using OpenRunner = std::function<std::unique_ptr<UnitRunner>(std::size_t device,
 /// (device_sessions.h).
 void run_device(const std::shared_ptr<DeviceSessions>& sessions, std::size_t device, const OpenRunner& open) noexcept;
 
-/// Returns the devices that are asked for, with times if those are. notes, throws: as DevicePool::select()
+/// Returns the devices that are asked for, with times if those are. notes, throws: as
+/// DevicePool::select()
 [[nodiscard]] std::vector<DeviceInfo> devices_of(DevicePool& pool, const Execution& execution,
                                                  std::vector<std::string>* notes = nullptr);
 
@@ -72,7 +73,8 @@ struct WavefrontDevices {
   std::size_t pilot_device = 0;
   std::uint32_t asked_unit_paths = 0;  // Execution::unit_paths before units were fitted
 };
-/// The largest side of the blocks that the picture is divided into before a device has cut its unit from one.
+/// The largest side of the blocks that the picture is divided into before a device has cut its unit
+/// from one.
 [[nodiscard]] std::uint32_t block_side(const WavefrontDevices& devices);
 /// The runners throw InputError where the device is not of the class that the pilot needs.
 OpenRunner open_wavefronts(std::shared_ptr<const WavefrontDevices> devices);

@@ -8,9 +8,9 @@
 
 namespace eikon {
 
-/// The curve of the predicted error over the time of a render, with both ends of its interval: three counters of the trace,
-/// which --profile and --report show. A prediction keeps processors and the film from the devices, so predictions take at
-/// most a share of the time.
+/// The curve of the predicted error over the time of a render, with both ends of its interval:
+/// three counters of the trace, which --profile and --report show. A prediction keeps processors
+/// and the film from the devices, so predictions take at most a share of the time.
 class ErrorCurve {
  public:
   /// trace        null: nothing is recorded

@@ -30,8 +30,8 @@ constexpr const char* kCausticsName = "caustics (--caustics)";
 
 std::string triple(const glm::dvec4& v) { return fmt::format("{},{},{}", v.x, v.y, v.z); }
 
-/// A text that is the same for environments with the same light: it has a hash of the map's pixels instead of the file's name. The
-/// rotation of a uniform sky does not count.
+/// A text that is the same for environments with the same light: it has a hash of the map's pixels
+/// instead of the file's name. The rotation of a uniform sky does not count.
 std::string identity_of(const Environment& environment) {
   if (!environment.map)
     return fmt::format("{},{},{}", environment.radiance.x, environment.radiance.y, environment.radiance.z);
@@ -103,8 +103,8 @@ std::string describe_light_paths(std::uint64_t count, std::uint64_t trial_paths)
   return count == 0 ? "none" : fmt::format("{} of each sample", count);
 }
 
-/// True for a setting that other flags than its own change, too: --integrator limits the depth, --roulette moves its own depth, and
-/// --light-paths and --transparent add channels.
+/// True for a setting that other flags than its own change, too: --integrator limits the depth,
+/// --roulette moves its own depth, and --light-paths and --transparent add channels.
 bool follows_from_others(const std::string& name) {
   return name == kDepthLimitName || name == kRouletteDepthName || name == kChannelsName;
 }

@@ -33,8 +33,8 @@ struct ImageSetting {
 [[nodiscard]] std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& settings,
                                                        const FilmLayout& layout);
 
-/// Returns the first difference, e.g. "its seed (--seed) is 1, not 0", or nothing. A setting that follows from the flag of
-/// another one is named only if it differs alone.
+/// Returns the first difference, e.g. "its seed (--seed) is 1, not 0", or nothing. A setting that
+/// follows from the flag of another one is named only if it differs alone.
 [[nodiscard]] std::optional<std::string> difference(const std::vector<ImageSetting>& expected,
                                                     const std::vector<ImageSetting>& found);
 
@@ -43,8 +43,9 @@ struct FilmRecord {
   std::vector<ImageSetting> settings;
   // Arithmetic classes of the devices that rendered the samples.
   std::set<std::string> arithmetic;
-  /// Light paths of each sample index, where a trial decided on them. Samples of different counts must not be added up:
-  /// each count shares light between camera paths and light paths in its own way.
+  /// Light paths of each sample index, where a trial decided on them. Samples of different counts
+  /// must not be added up: each count shares light between camera paths and light paths in its own
+  /// way.
   std::set<std::uint64_t> light_path_counts;
   std::set<std::string> layers;                  // of --aov, for the picture of a merged file
   std::map<std::string, std::string> manifests;  // of its mattes, by layer (film/mattes.h)

@@ -14,8 +14,8 @@
 
 namespace eikon {
 
-/// A film, the samples that it holds, the arithmetic classes of the devices that rendered them, and how many light paths
-/// a trial gave them (FilmRecord::light_path_counts).
+/// A film, the samples that it holds, the arithmetic classes of the devices that rendered them, and
+/// how many light paths a trial gave them (FilmRecord::light_path_counts).
 struct FilmState {
   Film film;
   SampleSet sample_set;  // the samples that the film holds

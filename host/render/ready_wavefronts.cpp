@@ -59,8 +59,8 @@ void ReadyWavefronts::leave_few(const Device& device, const Execution& execution
     ready_.pop_front();
 }
 
-/// Gives up what has no room on the device beside a wavefront that needs so many bytes: its units were sized as if it were
-/// alone.
+/// Gives up what has no room on the device beside a wavefront that needs so many bytes: its units
+/// were sized as if it were alone.
 void ReadyWavefronts::make_room(DevicePool::Lease& lease, std::uint64_t need, const Execution& execution) {
   const std::uint64_t available = available_bytes(lease->info(), execution),
                       room = available - std::min(available, need);

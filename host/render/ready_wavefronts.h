@@ -23,8 +23,9 @@ class ReadyWavefronts : public DeviceGuest {
   /// The wavefronts that stayed with a device, or none yet.
   [[nodiscard]] static ReadyWavefronts& of(DevicePool::Lease& lease);
   /// A wavefront for an image. It is restarted if a render of the same scene with the same needs
-  /// left one, takes the scene if it fits one that is not needed any more, and is made else. It lives as long as the
-  /// lease, or until the next call. Others that have room beside it stay, here and with idle devices. throws DeviceError
+  /// left one, takes the scene if it fits one that is not needed any more, and is made else. It
+  /// lives as long as the lease, or until the next call. Others that have room beside it stay, here
+  /// and with idle devices. throws DeviceError
   /// lease  of these wavefronts
   Wavefront& get(DevicePool::Lease& lease, const SharedScene& scene, const Features& features, const Settings& settings,
                  const Execution& execution);

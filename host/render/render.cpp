@@ -21,9 +21,9 @@
 namespace eikon {
 namespace {
 
-/// Hands copies of the film to RenderHooks::checkpoint when they are due. A kill of the process loses what came after the
-/// last checkpoint that is on the disk, so the next is begun as much earlier as the last one took; it then is on the disk
-/// checkpoint_every_s after the last was begun. Checkpoints that take long still leave half of the time to the render.
+/// Hands copies of the film to RenderHooks::checkpoint when they are due. A kill of the process
+/// loses what came after the last checkpoint on the disk, so the next is begun as much earlier as
+/// the last one took. Checkpoints that take long still leave half of the time to the render.
 class Checkpoints {
  public:
   Checkpoints(const RenderHooks& hooks, Trace* trace)
@@ -75,8 +75,8 @@ class ProgressTicks {
   double next_s_ = 0;
 };
 
-/// The threads of the devices. Its destructor waits for them, also after an exception, because they use what the caller
-/// owns; a thread that hangs is detached instead, and uses only what it shares (device_sessions.h).
+/// The threads of the devices. Its destructor waits for them, also after an exception, because they
+/// use what the caller owns; a thread that hangs is detached and uses only what it shares.
 class Threads {
  public:
   explicit Threads(std::shared_ptr<DeviceSessions> sessions) : sessions_(std::move(sessions)) {}
@@ -105,8 +105,8 @@ class Threads {
   std::vector<std::pair<std::size_t, std::thread>> threads_;  // with their devices
 };
 
-/// Runs on the calling thread while the devices work: opens one round of samples after the other, calls the hooks, and
-/// watches for devices that hang.
+/// Runs on the calling thread while the devices work: opens one round of samples after the other,
+/// calls the hooks, and watches for devices that hang.
 class RenderLoop {
  public:
   /// left: samples that are still to be done
@@ -119,8 +119,8 @@ class RenderLoop {
         error_curve_(trace, settings.crop.pixel_count(), hooks.error_share),
         progress_(hooks.progress, total_of(settings) - left, total_of(settings)) {}
 
-  /// Returns when no round is left, when `stop` is set or the time is over (the state is then `working`), or when
-  /// no device is left.
+  /// Returns when no round is left, when `stop` is set or the time is over (the state is then
+  /// `working`), or when no device is left.
   DeviceSessions::State run_to_completion(const std::atomic<bool>& stop) {
     // Signals and clocks wake nobody, so the thread looks after them at this interval.
     const double due_s = hooks_.checkpoint ? std::max(hooks_.checkpoint_every_s, 0.01) : hooks_.wake_s;
@@ -250,8 +250,8 @@ FilmState first_film(RenderHooks& hooks, const WavefrontDevices& devices, const 
   return begin;
 }
 
-/// Notes how many light paths the trial decided on, with the sums: samples with different counts must not be added up.
-/// throws InputError when the sums to go on from have another count
+/// Notes how many light paths the trial decided on, with the sums: samples with different counts
+/// must not be added up. throws InputError when the sums to go on from have another count
 void agree_on_light_paths(FilmState& begin, const Settings& settings) {
   if (settings.light_trial_paths == 0) return;
   const std::set<std::uint64_t> now = {settings.light_path_count};
@@ -289,10 +289,10 @@ End reason_of_end(const Rounds& rounds, bool cut_short, bool stopped, bool no_de
   return out_of_time && !stopped && !no_device_left ? End::out_of_time : End::interrupted;
 }
 
-/// Renders with the devices that have no error in `prepared`, from the film that the hooks give until the hooks, `stop` or
-/// the last sample end it.
+/// Renders with the devices that have no error in `prepared`, from the film that the hooks give
+/// until the hooks, `stop` or the last sample end it.
 /// report  what is known before the devices begin
-/// throws NoDeviceLeft when no device is left and some samples are done, DeviceError when none is; the error that broke it
+/// throws NoDeviceLeft if no device is left and some samples are done, DeviceError if none is done;
 RenderOutput render_on(const std::shared_ptr<WavefrontDevices>& devices, const Execution& execution,
                        const std::vector<DeviceReport>& prepared, const std::atomic<bool>& stop, RenderHooks& hooks,
                        RenderReport report) {
@@ -338,7 +338,8 @@ RenderOutput render_on(const std::shared_ptr<WavefrontDevices>& devices, const E
 }
 
 /// Finds devices, packs the scene, builds its trees, prepares the pilot, and renders.
-/// pack  returns the PackedScene; it is called once it is certain that there are devices, as it may release the meshes
+/// pack  returns the PackedScene; it is called once it is certain that there are devices, as it may
+///       release the meshes
 template <class Pack>
 RenderOutput pack_and_render(const Pack& pack, const Features& features, const Settings& settings,
                              const Execution& execution, const std::atomic<bool>& stop, RenderHooks hooks) {

@@ -79,20 +79,22 @@ struct RoundEnd {
 /// The part of a render that is done next.
 struct Round {
   std::uint64_t end = 0;  // sample index: beyond RoundEnd::done; RoundEnd::done itself ends the render
-  /// Units are sized to end by this time, on the clock of host_seconds(); the render then ends with what is done.
+  /// Units are sized to end by this time, on the clock of host_seconds(); the render then ends with
+  /// what is done.
   double latest_s = std::numeric_limits<double>::infinity();
 };
 
 /// The input and the callbacks of a render. All calls come from the calling thread.
 struct RenderHooks {
   ProgressCallback progress = {};
-  /// Divides the render into rounds: called before the first and after each. Its own time does not count as
-  /// rendering. Unset: one round.
+  /// Divides the render into rounds: called before the first and after each. Its own time does not
+  /// count as rendering. Unset: one round.
   std::function<Round(const RoundEnd&)> next_round = {};
-  /// If the pilot has not ended by then, on the clock of host_seconds(), the render ends without a sample. Round::latest_s
-  /// is for what comes after the pilot.
+  /// If the pilot has not ended by then, on the clock of host_seconds(), the render ends without a
+  /// sample. Round::latest_s is for what comes after the pilot.
   double latest_s = std::numeric_limits<double>::infinity();
-  /// Returns the pilot of this image if it is known; it is rendered if not. Called at most once, if the image has one.
+  /// Returns the pilot of this image if it is known; it is rendered if not. Called at most once, if
+  /// the image has one.
   std::function<std::optional<Pilot>()> pilot = {};
   /// Called with the pilot, if it was rendered for this image. An exception ends the render.
   std::function<void(const Pilot&)> pilot_done = {};
@@ -118,8 +120,9 @@ struct RenderHooks {
   double wake_s = 0.05;
   /// Programs and buffers for this packed scene stay on the devices, for another render of it.
   bool devices_stay_ready = false;
-  /// The owner of a scene that render() or render_and_release() packs. It is kept until the last thread of the render has
-  /// ended, which may be after the render, because a thread that hangs in a driver is not waited for.
+  /// The owner of a scene that render() or render_and_release() packs. It is kept until the last
+  /// thread of the render has ended, which may be after the render, because a thread that hangs in
+  /// a driver is not waited for.
   std::shared_ptr<const void> scene_owner = {};
 };
 
@@ -159,7 +162,8 @@ struct ReadyScene {
 
 /// Traces the path of one sample again, on the first device, and reports its vertices.
 /// sample  pixels of the full image, whatever Settings::crop is
-/// returns  the light that the path brings, and what light paths of the same sample index bring to the pixel
+/// returns  the light that the path brings, and what light paths of the same sample index bring to
+///          the pixel
 /// throws DeviceError
 ReplayedSample replay_path(const ReadyScene& scene, const Settings& settings, const Execution& execution,
                            const PixelSample& sample, const std::function<void(const PathVertex&)>& report);

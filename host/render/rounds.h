@@ -8,9 +8,9 @@ namespace eikon {
 /// The rounds of a render (RenderHooks::next_round), one after the other.
 class Rounds {
  public:
-  /// Decides on the first round. begin: the film that the render begins with; pilot_s: seconds of its pilot, which
-  /// count as rendering
-  /// throws InternalError if a round ends before it begins, or beyond the samples
+  /// Decides on the first round. begin: the film that the render begins with; pilot_s: seconds of
+  /// its pilot, which count as rendering throws InternalError if a round ends before it begins, or
+  /// beyond the samples
   Rounds(const RenderHooks& hooks, const Settings& settings, const FilmState& begin, double pilot_s);
   /// No round is left.
   [[nodiscard]] bool over() const { return round_.end == done_; }

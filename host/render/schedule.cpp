@@ -26,7 +26,8 @@ constexpr double kShortestUnit_s = 4e-3;  // clocks and threads are no more prec
 constexpr double kOverheadShare = 0.04;
 
 // Order of samples: a unit has at most 1/kPasses of a pixel's samples, so that an interrupted image
-// is noisy everywhere, but kLeastSamples where a pixel has few, or more where all samples take little time (pass_s).
+// is noisy everywhere, but kLeastSamples where a pixel has few, or more where all samples take
+// little time (pass_s).
 constexpr std::uint64_t kLeastSamples = 16, kPasses = 4;
 
 // Rates: the weight of a new measurement against all before it.
@@ -167,8 +168,9 @@ std::uint64_t Schedule::least_size(const DeviceState& device) const {
   return std::clamp<std::uint64_t>(paths, 1, device.limits.capacity);
 }
 
-/// Most paths of the device's next unit, so that it ends by the time that set_latest() gave. A unit takes at most half
-/// of the time left, because devices are not always as fast as they were. A unit too short to be timed counts as none.
+/// Most paths of the device's next unit, so that it ends by the time that set_latest() gave. A unit
+/// takes at most half of the time left, because devices are not always as fast as they were. A unit
+/// too short to be timed counts as none.
 std::uint64_t Schedule::most_in_time(std::size_t device, double now_s) const {
   const DeviceState& d = devices_[device];
   if (std::isinf(latest_s_)) return d.limits.capacity;
@@ -206,8 +208,9 @@ std::uint64_t Schedule::unit_size(std::size_t device, double now_s) {
     size = fitting > double(small) ? std::min(std::uint64_t(fitting), size) : small;
   }
   if (begin_s + expected_s(d, size) <= others_s) return size;
-  // Each may take another for quicker, as their units have other sizes, and then nobody would do it. So the quickest for all that is
-  // left, which is one number for all of them, goes on where nothing is under way.
+  // Each may take another for quicker, as their units have other sizes, and then nobody would do
+  // it. So the quickest for all that is left, which is one number for all of them, goes on where
+  // nothing is under way.
   return in_flight_.empty() && is_quickest(device, pool_.path_count()) ? size : 0;
 }
 

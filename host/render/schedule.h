@@ -18,8 +18,8 @@ struct UnitLimits {
   std::uint64_t grain = 1;     // fewer paths leave a part of the device without work
   std::uint64_t least_block = std::uint64_t{128} * 128;  // pixels of a block, which may have fewer paths than capacity
   std::uint64_t most_block = least_block;                // pixels of a block that has room for its sums
-  // A unit may have as many samples of a pixel as all devices render of the whole picture in this time. Where sums are
-  // copied from a device, few pixels of many samples take less of that.
+  // A unit may have as many samples of a pixel as all devices render of the whole picture in this
+  // time. Where sums are copied from a device, few pixels of many samples take less of that.
   double pass_s = 0;
 };
 
@@ -49,7 +49,8 @@ class Schedule {
   /// Adds work. Devices that were left out before may take part again.
   void open(const std::vector<WorkUnit>& boxes);
 
-  /// From now on units are sized so that they should have ended by then; none is assigned that would not.
+  /// From now on units are sized so that they should have ended by then; none is assigned that
+  /// would not.
   void set_latest(double latest_s) { latest_s_ = latest_s; }
 
   /// From now on the device takes part, with these limits; measurements of an earlier opening stay.

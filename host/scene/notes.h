@@ -17,8 +17,8 @@ class Notes {
   void unsupported(const std::string& feature, const std::string& user);
   /// The same warning is given once.
   void warn(const std::string& warning);
-  /// Warns of a broken rule of the format where the meaning is beyond doubt, or of a number that was brought into its
-  /// range. Both are errors under --strict.
+  /// Warns of a broken rule of the format where the meaning is beyond doubt, or of a number that
+  /// was brought into its range. Both are errors under --strict.
   void mended(const std::string& warning);
   /// The number of different warnings so far.
   [[nodiscard]] std::size_t warning_count() const { return warnings_.size(); }

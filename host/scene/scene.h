@@ -24,7 +24,8 @@ struct Primitive {
   SharedVector<glm::vec3> normals_object;   // unit; empty: flat shading by the triangle's own normal
   SharedVector<glm::vec2> uv[2];            // finite; texture coordinates 0 and 1
   SharedVector<glm::vec4> colors;           // COLOR_0: linear RGB in [0, 1] and opacity; multiplies the base colour
-  SharedVector<glm::vec4> tangents_object;  // unit, and the sign of the bitangent; present where the material has a normal map
+  // Unit, and the sign of the bitangent; present where the material has a normal map.
+  SharedVector<glm::vec4> tangents_object;
   TriangleIndices indices;                  // three per triangle, each < positions_object.size()
   std::uint32_t material = 0;               // index into Scene::materials
 };
@@ -72,8 +73,8 @@ struct Texture {
   glm::vec3 image_from_uv[2] = {{1.0F, 0.0F, 0.0F}, {0.0F, 1.0F, 0.0F}};
 };
 
-/// The lobes of kernels/shared/features.def. The value is the bit of MaterialRecord.flags that names
-/// the lobe to kernels.
+/// The lobes of kernels/shared/features.def. The value is the bit of MaterialRecord.flags that
+/// names the lobe to kernels.
 enum class Lobe : std::uint32_t {
 #define EK_LOBE(name, bit) name = bit,
 #include "shared/features.def"
@@ -103,7 +104,8 @@ struct Material {
   float clearcoat_normal_scale = 1.0F;
   glm::vec3 sheen_color{0.0F};         // KHR_materials_sheen, [0, 1]
   float sheen_roughness = 0.0F;
-  float diffuse_transmission = 0.0F;   // KHR_materials_diffuse_transmission: share of the diffuse base that light passes
+  // KHR_materials_diffuse_transmission: share of the diffuse base that light passes.
+  float diffuse_transmission = 0.0F;
   glm::vec3 diffuse_transmission_color{1.0F};  // of what passes, [0, 1]
   float iridescence = 0.0F;            // KHR_materials_iridescence: share of the surface under a thin film
   float thin_film_index = 1.3F;        // of refraction, >= 1
@@ -155,13 +157,15 @@ struct TextureUse {
 /// The textures that a material has.
 [[nodiscard]] std::vector<TextureUse> textures_of(const Material& material);
 
-/// The kinds of light of kernels/shared/features.def, with the values that Light.kind has in kernels.
+/// The kinds of light of kernels/shared/features.def, with the values that Light.kind has in
+/// kernels.
 enum class LightKind : std::uint32_t {
 #define EK_LIGHT(name, bit) name = bit,
 #include "shared/features.def"
 };
 
-/// A light without extent, placed by its node: `point`, `spot` or `directional` [KHR_lights_punctual].
+/// A light without extent, placed by its node: `point`, `spot` or `directional`
+/// [KHR_lights_punctual].
 struct PunctualLight {
   std::string name;
   LightKind kind = LightKind::point;
@@ -200,7 +204,8 @@ struct Camera {
 
 /// Radius of the lens's opening, metres; 0 of a pinhole.
 [[nodiscard]] double lens_radius_m(const Camera& camera);
-/// Half the height of the picture of a perspective or orthographic camera: one metre ahead, or in metres.
+/// Half the height of the picture of a perspective or orthographic camera: one metre ahead, or in
+/// metres.
 [[nodiscard]] double half_height_m(const Camera& camera);
 /// True if both show the same picture of the same scene.
 [[nodiscard]] bool same_view(const Camera& a, const Camera& b);
@@ -260,7 +265,9 @@ class SceneMemory;  // scene_memory.h
 
 struct Scene {
   std::filesystem::path path;
-  std::string hash;  // XXH64 of the file, the buffers it names, and the choices of SceneChoice that count: 16 hex digits
+  // XXH64 of the file, the buffers it names, and the choices of SceneChoice that count: 16 hex
+  // digits.
+  std::string hash;
   std::vector<Mesh> meshes;
   std::vector<Node> nodes;
   std::vector<Shape> shapes;
@@ -276,14 +283,15 @@ struct Scene {
   std::vector<std::string> variants;      // names that load_scene takes
   double time_s = 0;  // at which it stands, on the clock of its animations
   Shutter shutter{};  // with the number of steps; shut if nothing moves
-  // At equal steps from the shutter's opening to its closing, made of the same triangles and lights; empty: nothing moves.
+  // At equal steps from the shutter's opening to its closing, made of the same triangles and
+  // lights; empty: nothing moves.
   std::vector<std::shared_ptr<const Scene>> poses{};
-  // The scene as it stands in the next frame, made of the same triangles; null if it was not asked for, or if nothing moves
-  // until then.
+  // The scene as it stands in the next frame, made of the same triangles; null if it was not asked
+  // for, or if nothing moves until then.
   std::shared_ptr<const Scene> next{};
   bool moves_surfaces = false, moves_lights = false;  // meanwhile: some triangles, some lights without extent
-  // It moves surfaces, meanwhile or until the next frame, or is a pose of a scene that does; so all have one order of
-  // triangles.
+  // It moves surfaces, meanwhile or until the next frame, or is a pose of a scene that does; so all
+  // have one order of triangles.
   bool in_motion = false;
   std::vector<AnimationSummary> animations;  // in the order of the file; those that are damaged have no channels
   std::vector<SkinSummary> skins;
@@ -305,8 +313,8 @@ struct AnimationChoice {
   double time_s = 0;
   bool loop = false;  // an animation begins again after its end; else it stays there
   Shutter shutter{};
-  // A pose while the shutter is open has the frame's own time here: materials, the strength of lights and what is visible
-  // stay as they are then.
+  // A pose while the shutter is open has the frame's own time here: materials, the strength of
+  // lights and what is visible stay as they are then.
   std::optional<double> held_s{};
   std::optional<double> next_s{};  // when the next frame is, of which Scene::next is to be the pose
   bool operator==(const AnimationChoice&) const = default;
@@ -314,7 +322,8 @@ struct AnimationChoice {
 
 /// What of a file is asked for.
 struct SceneChoice {
-  std::string variant;  // name of one of its variants [KHR_materials_variants]; empty: materials as they are without any
+  // Name of one of its variants [KHR_materials_variants]; empty: materials as they are without any.
+  std::string variant;
   AnimationChoice animation;
   bool operator==(const SceneChoice&) const = default;
 };
@@ -342,8 +351,8 @@ struct Bounds {
 /// World bounds of all nodes' triangles and shapes; empty if there are none.
 [[nodiscard]] Bounds world_bounds(const Scene& scene);
 
-/// A camera in front of the scene, a little to the right and above, as model viewers have it, with a 40
-/// degree vertical field of view. What is shown touches a margin of a 25th around the picture.
+/// A camera in front of the scene, a little to the right and above, as model viewers have it, with
+/// a 40 degree vertical field of view. What is shown touches a margin of a 25th around the picture.
 [[nodiscard]] Camera frame_camera(const Scene& scene, double aspect);
 
 /// A camera at `eye` that looks at `target`. throws UsageError when they coincide, `up` is parallel

@@ -30,8 +30,8 @@ struct PrimitiveAtRest {
   auto operator<=>(const PrimitiveAtRest&) const = default;
 };
 
-/// The triangles of a primitive, which no pose changes, and the vertices of the file that they use, or none if that is all
-/// of them.
+/// The triangles of a primitive, which no pose changes, and the vertices of the file that they use,
+/// or none if that is all of them.
 struct Connections {
   TriangleIndices indices;
   std::vector<std::uint32_t> used;

@@ -37,7 +37,8 @@ struct ShapeKindInfo {
 struct Shape {
   std::string name;  // of the node, or "node 3" if the file has none
   ShapeKind kind{};
-  std::array<double, kShapeParameters> size{};  // metres of the node's space, in the order of shape_kinds(); implicit: half the bounds
+  // Metres of the node's space, in the order of shape_kinds(); implicit: half the bounds.
+  std::array<double, kShapeParameters> size{};
   glm::dvec3 middle{0.0};                       // implicit: of the bounds
   std::uint32_t formula = 0;                    // implicit: index into Scene::formulas
   glm::dmat4 world_from_object{1.0};

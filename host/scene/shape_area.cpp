@@ -15,8 +15,9 @@ glm::dmat3 cofactor_of(const glm::dmat3& m) {
 }
 
 /// The mean factor by which areas grow whose normals are (round cos a, y, round sin a), over all
-/// angles a. The integrand is periodic, so equally spaced points converge faster than any power: they are doubled until
-/// the mean stays. 64 are enough for an ellipsoid twice as long as wide, and 2048 for the longest.
+/// angles a. The integrand is periodic, so equally spaced points converge faster than any power:
+/// they are doubled until the mean stays. 64 are enough for an ellipsoid twice as long as wide, and
+/// 2048 for the longest.
 double ring_stretch(const glm::dmat3& cofactor, double round, double y) {
   constexpr int most = 2048;
   constexpr double same = 1e-15;

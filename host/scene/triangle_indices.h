@@ -24,9 +24,9 @@ class TriangleIndices {
   TriangleIndices(std::vector<std::uint32_t> list) : corners_(Words(std::move(list))) {}
   TriangleIndices(std::initializer_list<std::uint32_t> list) : TriangleIndices(std::vector<std::uint32_t>(list)) {}
 
-  /// Corners in the order of a file: `count` of them, each at most `largest`. They make triangles as
-  /// in [glTF 2.0, section 3.7.2.1], by which every other triangle of a strip turns. Triangles of
-  /// strips and fans with a corner twice only lead on to the next one and are dropped; those of
+  /// Corners in the order of a file: `count` of them, each at most `largest`. They make triangles
+  /// as in [glTF 2.0, section 3.7.2.1], by which every other triangle of a strip turns. Triangles
+  /// of strips and fans with a corner twice only lead on to the next one and are dropped; those of
   /// lists stay. Corners beyond the last whole triangle are dropped.
   struct Source {
     TriangleMode mode = TriangleMode::list;

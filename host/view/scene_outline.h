@@ -22,8 +22,8 @@ namespace eikon {
 /// Half the diagonal of the box around a scene; metres, above 0.
 [[nodiscard]] double radius_of(const Bounds& bounds);
 
-/// Returns the place of a point of world space in the picture, in pixels from its upper left corner; null behind the
-/// camera, and for a panorama.
+/// Returns the place of a point of world space in the picture, in pixels from its upper left
+/// corner; null behind the camera, and for a panorama.
 [[nodiscard]] Json pixel_of(const Settings& settings, const glm::dvec3& point);
 
 }  // namespace eikon

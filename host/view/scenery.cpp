@@ -17,7 +17,8 @@ namespace {
 constexpr std::uint64_t kSceneBytes = std::uint64_t{4} << 30;  // of scenes in memory, roughly
 constexpr const char* kNeutral = "neutral";
 
-/// A text that is the same whenever packing the scene for the environment gives the same. The rotation is not packed.
+/// A text that is the same whenever packing the scene for the environment gives the same. The
+/// rotation is not packed.
 std::string text_of(const Environment& environment, const Digest& file) {
   const glm::vec3& sky = environment.radiance;
   return fmt::format("{} {:016x} {} {},{},{}", environment.map ? environment.map->name : "", file.hash,
@@ -70,8 +71,9 @@ RenderOptions SceneryLoader::options_of(const ViewLook& look, std::vector<std::s
   return options;
 }
 
-/// Watches the files from before they are read, so that no change is missed. A page may choose another environment than the
-/// file that the command line names, and go back to that, so it is watched under any.
+/// Watches the files from before they are read, so that no change is missed. A page may choose
+/// another environment than the file that the command line names, and go back to that, so it is
+/// watched under any.
 void SceneryLoader::read_source(const RenderOptions& options) {
   const std::string map = given_map(given_);
   std::vector<std::filesystem::path> files = scene_files(options.scene.scene);
@@ -81,8 +83,8 @@ void SceneryLoader::read_source(const RenderOptions& options) {
   source_ = Source{.scene = scene, .environment = digest_environment(map)};
 }
 
-/// Keeps the map for the next look, and the choice that depends on what the camera sees: the light shall not change while
-/// somebody turns the camera.
+/// Keeps the map for the next look, and the choice that depends on what the camera sees: the light
+/// shall not change while somebody turns the camera.
 void SceneryLoader::keep_environment(const EnvironmentOptions& asked, const Prepared& prepared, bool is_given) {
   const Environment& used = prepared.settings.environment;
   if (is_given) {

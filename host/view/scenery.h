@@ -40,8 +40,8 @@ struct Scenery {
 /// The words of a view for another scene than before: without what was meant for that one.
 [[nodiscard]] std::vector<std::string> words_of_other_scene(const std::string& scene, std::vector<std::string> given);
 
-/// Makes sceneries, and keeps what the next look is likely to need again: the scene, its trees, and the environment. Only one
-/// thread may use it.
+/// Makes sceneries, and keeps what the next look is likely to need again: the scene, its trees, and
+/// the environment. Only one thread may use it.
 class SceneryLoader {
  public:
   /// given  the words behind `eikon view` that `eikon render` knows, too
@@ -49,10 +49,12 @@ class SceneryLoader {
   /// is_dropped  the scene came from a page
   SceneryLoader(std::vector<std::string> given, ParseRender parse, bool is_dropped);
   /// Loads the scene as a look asks for it, or finds it in memory.
-  /// begins  gets "loading" and "building" before they are done; for most looks there is nothing to be done
+  /// begins  gets "loading" and "building" before they are done; for most looks there is nothing to
+  ///         be done
   /// throws UsageError, InputError
   [[nodiscard]] Scenery load(const ViewLook& look, const std::function<void(const char*)>& begins);
-  /// True if a file of the scene that was loaded last, or that could not be loaded, is another one now.
+  /// True if a file of the scene that was loaded last, or that could not be loaded, is another one
+  /// now.
   [[nodiscard]] bool is_outdated() const { return watch_.changed(); }
 
  private:

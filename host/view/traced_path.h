@@ -8,8 +8,10 @@
 namespace eikon {
 
 /// Traces the path of a sample of the picture again:
-///   "vertices"  [{"pixel", "point", "distance"}]: where the path was, from the camera on; pixel and distance may be null
-///   "radiance"  that it brings, "light_paths" that light paths of the same sample bring to the pixel
+///   "vertices"  [{"pixel", "point", "distance"}]: where the path was, from the camera on; pixel
+///               and distance may be null
+///   "radiance"  that it brings, "light_paths" that light paths of the same sample bring to the
+///               pixel
 /// throws UsageError, DeviceError
 [[nodiscard]] Json traced_path(const Scenery& scenery, const DevicePool& devices, const PixelSample& at);
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The board holds what pages ask for and what they are shown. Threads of pages and of a ViewEngine meet here, and nowhere else.
+// The board holds what pages ask for and what they are shown. Threads of pages and of a ViewEngine
+// meet here, and nowhere else.
 #pragma once
 #include <atomic>
 #include <condition_variable>
@@ -31,8 +32,9 @@ struct ViewNews {
   std::shared_ptr<const ViewFrame> frame;  // null: none yet
 };
 
-/// The orders of a board to one engine. They also tell engines apart: a board takes pictures and states only from the engine
-/// whose orders it was given last, because one that still loads or compiles for an earlier scene cannot be interrupted.
+/// The orders of a board to one engine. They also tell engines apart: a board takes pictures and
+/// states only from the engine whose orders it was given last, because one that still loads or
+/// compiles for an earlier scene cannot be interrupted.
 struct EngineOrders {
   std::atomic<bool> stop{false};  // ends the render that is under way
   std::atomic<bool> over{false};  // ends the engine
@@ -62,22 +64,25 @@ class ViewBoard {
   std::uint64_t look(const ViewLook& look);
   /// While it is paused, only what is asked for anew is rendered, and only small.
   void pause(bool is_paused);
-  /// Waits until there is something that a page with this version does not know, but at most for so many seconds.
+  /// Waits until there is something that a page with this version does not know, but at most for so
+  /// many seconds.
   [[nodiscard]] ViewNews news(std::uint64_t version, double most_s);
-  /// The words behind `eikon render` that make the picture which is shown; empty while none is known.
+  /// The words behind `eikon render` that make the picture which is shown; empty while none is
+  /// known.
   [[nodiscard]] std::vector<std::string> words();
   /// Waits until the engine has answered, but at most for so long. throws InputError
   [[nodiscard]] Json path(const PixelSample& at, double most_s);
-  /// From now on the board listens to the engine with these orders, and tells the one before it to end. The engine begins
-  /// with the look in force, or, for another scene, with the view that its file has.
+  /// From now on the board listens to the engine with these orders, and tells the one before it to
+  /// end. The engine begins with the look in force, or, for another scene, with the view that its
+  /// file has.
   void set_engine(std::shared_ptr<EngineOrders> orders, bool is_other_scene);
   /// Ends every wait and the engine. Any number of times.
   void end();
 
   // ---- for engines; what an engine says whose orders are not the board's any more has no effect
 
-  /// Waits for a task, but for half a second at most: the engine then looks whether files of the scene have changed. Nothing
-  /// means that the engine is to end.
+  /// Waits for a task, but for half a second at most: the engine then looks whether files of the
+  /// scene have changed. Nothing means that the engine is to end.
   [[nodiscard]] std::optional<Task> next_task(const EngineOrders& orders);
   /// Tells pages a state (Status::state).
   /// number  of the look that is in that state

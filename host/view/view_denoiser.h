@@ -10,7 +10,8 @@
 
 namespace eikon {
 
-/// Takes the noise out of pictures, on a thread of its own, by the library that image/denoise.h loads.
+/// Takes the noise out of pictures, on a thread of its own, by the library that image/denoise.h
+/// loads.
 class ViewDenoiser {
  public:
   /// Gets the picture without noise.
@@ -25,10 +26,12 @@ class ViewDenoiser {
   ViewDenoiser(const ViewDenoiser&) = delete;
   ViewDenoiser& operator=(const ViewDenoiser&) = delete;
 
-  /// True if another picture of as many samples would be worth its time: none is under way, this one has half as many
-  /// samples again as the one before, and the last one took at most a fifth of the time since it began.
+  /// True if another picture of as many samples would be worth its time: none is under way, this
+  /// one has half as many samples again as the one before, and the last one took at most a fifth of
+  /// the time since it began.
   [[nodiscard]] bool pays(std::uint64_t samples) const;
-  /// Begins with a picture (Denoiser::kAuxiliary) once the one that is under way is ready; one that waits for this is dropped.
+  /// Begins with a picture (Denoiser::kAuxiliary) once the one that is under way is ready; one that
+  /// waits for this is dropped.
   void begin(Image picture, std::uint64_t samples, Done done);
   /// Nothing comes of the pictures before this call any more.
   void forget();

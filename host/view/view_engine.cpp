@@ -127,8 +127,8 @@ RenderHooks ViewEngine::usual_hooks() {
   return hooks;
 }
 
-/// A picture of few pixels with one sample each, which a new look does not interrupt: somebody who keeps moving the camera
-/// sees something, too.
+/// A picture of few pixels with one sample each, which a new look does not interrupt: somebody who
+/// keeps moving the camera sees something, too.
 void ViewEngine::show_small() {
   const Settings small = reduced(scenery_->prepared.settings, small_);
   const std::string program = scenery_->features.summary();

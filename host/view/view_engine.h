@@ -13,8 +13,9 @@
 
 namespace eikon {
 
-/// Renders what a board asks for, until its orders end it. run() is the body of a thread of its own, which nothing can
-/// interrupt while it loads or compiles, so the engine owns or shares all that it uses.
+/// Renders what a board asks for, until its orders end it. run() is the body of a thread of its
+/// own, which nothing can interrupt while it loads or compiles, so the engine owns or shares all
+/// that it uses.
 class ViewEngine {
  public:
   ViewEngine(std::shared_ptr<ViewBoard> board, std::shared_ptr<EngineOrders> orders,
@@ -58,8 +59,8 @@ class ViewEngine {
   TimeShare predicting_{kErrorShare};
   PredictedError error_{};  // as it was predicted last, for the picture that is shown
   std::unique_ptr<ViewDenoiser> denoiser_{};
-  /// True once the look has a picture without noise, which noisy ones must not replace. Each look has its own, because the
-  /// denoiser's thread sets it.
+  /// True once the look has a picture without noise, which noisy ones must not replace. Each look
+  /// has its own, because the denoiser's thread sets it.
   std::shared_ptr<std::atomic<bool>> denoised_{};
 };
 

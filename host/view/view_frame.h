@@ -8,7 +8,8 @@
 
 namespace eikon {
 
-/// A picture for a page: four bytes a pixel as append_rgbe() makes them (page/page_picture.h), of the layer of the look:
+/// A picture for a page: four bytes a pixel as append_rgbe() makes them (page/page_picture.h), of
+/// the layer of the look:
 ///   picture   radiance
 ///   denoised  the noisy radiance, as `picture`; ViewDenoiser replaces it later
 ///   lights    the sum of the light groups' radiance, each times its factor

@@ -26,17 +26,20 @@ struct ViewLook {
   [[nodiscard]] bool needs_layers() const { return layer != "picture" && layer != "error"; }
 };
 
-/// picture; the same without noise; error of each pixel; and what the film sums besides: albedo, normal, depth, lights.
+/// picture; the same without noise; error of each pixel; and what the film sums besides: albedo,
+/// normal, depth, lights.
 [[nodiscard]] const std::vector<std::string>& view_layers();
 
-/// Reads {"flags": {name: text}, "layer": name, "mix": {name: number}, "moving": boolean}, from anybody. Flags of `png` are
-/// among the others.
-/// throws UsageError for anything else, a flag that pages may not give, and a value that would name a file
+/// Reads {"flags": {name: text}, "layer": name, "mix": {name: number}, "moving": boolean}, from
+/// anybody. Flags of `png` are among the others.
+/// throws UsageError for anything else, a flag that pages may not give, and a value that would name
+/// a file
 [[nodiscard]] ViewLook read_look(std::string_view text);
 /// The same text, for the page.
 [[nodiscard]] Json look_json(const ViewLook& look);
 
-/// The words behind `eikon render` for a look: those that the user gave, but for what the look replaces. Layers are left out.
+/// The words behind `eikon render` for a look: those that the user gave, but for what the look
+/// replaces. Layers are left out.
 [[nodiscard]] std::vector<std::string> words_of(const ViewLook& look, const std::vector<std::string>& given);
 
 /// True if one of the words is the flag, with or without a value.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One scene that is rendered anew whenever somebody asks to see it otherwise. A thread of its own renders, from a small
-// picture to one with all samples; any thread may ask and look.
+// One scene that is rendered anew whenever somebody asks to see it otherwise. A thread of its own
+// renders, from a small picture to one with all samples; any thread may ask and look.
 #pragma once
 #include <atomic>
 #include <cstdint>
@@ -22,7 +22,8 @@ class ViewSession {
   /// parse  reads such words
   /// Begins at once, as `look` has it.
   ViewSession(std::vector<std::string> given, ParseRender parse, ViewLook look);
-  /// Does not wait for a scene that is being loaded, nor for a compiler: their threads are lost (core/lost_threads.h).
+  /// Does not wait for a scene that is being loaded, nor for a compiler: their threads are lost
+  /// (core/lost_threads.h).
   ~ViewSession();
   ViewSession(const ViewSession&) = delete;
   ViewSession& operator=(const ViewSession&) = delete;
@@ -37,7 +38,8 @@ class ViewSession {
   void pause(bool is_paused) { board_->pause(is_paused); }
   /// Waits until there is something newer than `version`, at most for so long.
   [[nodiscard]] ViewNews news(std::uint64_t version, double most_s) { return board_->news(version, most_s); }
-  /// The words behind `eikon render` for the picture in force, without names of output files; none before it is loaded.
+  /// The words behind `eikon render` for the picture in force, without names of output files; none
+  /// before it is loaded.
   [[nodiscard]] std::vector<std::string> words() { return board_->words(); }
   /// Traces the path of a sample of the picture in force again, as traced_path().
   /// throws InputError, also if there is no answer in time
@@ -46,7 +48,8 @@ class ViewSession {
   void end() { board_->end(); }
 
  private:
-  /// The thread of an engine. It cannot be interrupted while it loads or compiles, so it owns, or shares, all that it uses.
+  /// The thread of an engine. It cannot be interrupted while it loads or compiles, so it owns, or
+  /// shares, all that it uses.
   struct EngineThread {
     std::thread thread;
     std::shared_ptr<const std::atomic<bool>> ended;

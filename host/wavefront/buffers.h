@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The buffers of one device: those that the kernels of a wavefront write, those that describe a unit,
-// and those with the scene.
+// The buffers of one device: those that the kernels of a wavefront write, those that describe a
+// unit, and those with the scene.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -70,9 +70,9 @@ struct WorkBuffers {
   WorkBuffers(Device& device, const WavefrontConfig& config, const WorkBufferSizes& plan, Arguments& arguments);
 };
 
-/// Makes buffers of the scene's arrays but its texels, of the tree and the filter's table, and names them in
-/// `arguments`. A CPU device reads the arrays in place, so they must live, unchanged, as long as
-/// the buffers.
+/// Makes buffers of the scene's arrays but its texels, of the tree and the filter's table, and
+/// names them in `arguments`. A CPU device reads the arrays in place, so they must live, unchanged,
+/// as long as the buffers.
 /// returns  the bytes of all buffers, copied or not
 /// throws   DeviceError
 std::uint64_t upload_scene(Device& device, const PackedScene& scene, const Accel& accel,

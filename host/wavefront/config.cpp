@@ -14,23 +14,27 @@ namespace eikon {
 namespace {
 
 constexpr std::uint64_t kPathBytes = 256;  // rough size of state and film slots of a path with all features
-// Kernels of several lanes number the paths of a unit exactly below this (kernels/stages/path_state.h).
+// Kernels of several lanes number the paths of a unit exactly below this
+// (kernels/stages/path_state.h).
 constexpr std::uint32_t kMostExactPaths = 1U << 23;
-// A device that launches each stage has a fixed cost for each depth of a unit, whatever the unit's size. An H200 takes 0.09 to 0.16 ms
-// for each of the 25 to 80 depths of a unit that have less than 2^16 paths: with units of 2^23 paths 15 % of the time in cornell.gltf
-// and 36 % in cornell_spheres.gltf (tools/gpu/MODEL.md).
+// A device that launches each stage has a fixed cost for each depth of a unit, whatever the unit's
+// size. An H200 takes 0.09 to 0.16 ms for each of the 25 to 80 depths of a unit that have less than
+// 2^16 paths: with units of 2^23 paths 15 % of the time in cornell.gltf and 36 % in
+// cornell_spheres.gltf (tools/gpu/MODEL.md).
 constexpr std::uint32_t kLeastQueuedCapacity = 1U << 20;
 constexpr std::uint64_t kResident = 2048, kRoundsOfItems = 128;  // work-items that a compute unit holds; rounds of them
-// A unit with fewer samples of each pixel is smaller than the capacity, because its sums take memory, too. On CPUs even the
-// samples of a short pass fill it (kLeastSamples in render/schedule.cpp), because cores that have few paths each are idle for long.
+// A unit with fewer samples of each pixel is smaller than the capacity, because its sums take
+// memory, too. On CPUs even the samples of a short pass fill it (kLeastSamples in
+// render/schedule.cpp), because cores that have few paths each are idle for long.
 constexpr std::uint32_t kSamplesToFill = 32, kSamplesToFillCores = 16;
 // Measured on cores with 1 MiB of level-2 cache: chunks of 4096 paths (0.5 MiB of state) are 3 to 4
 // % faster than chunks of 1024, because fewer of them end with empty lanes and rows of rays. 8192
 // gain nothing more. With a launch per stage 1024 is best.
 constexpr std::uint32_t kFusedChunk = 4096, kUnfusedChunk = 1024;
-// So many that waiting for the last one costs next to nothing. With two work-items, units of 131,072 paths for each render cornell.gltf
-// at 11.5 million samples per second, and units of 16,384 and 4,096 at 8.5 and 6.6: a launch takes a tenth of a
-// millisecond, and the last portions of paths are small and leave lanes empty.
+// So many that waiting for the last one costs next to nothing. With two work-items, units of
+// 131,072 paths for each render cornell.gltf at 11.5 million samples per second, and units of
+// 16,384 and 4,096 at 8.5 and 6.6: a launch takes a tenth of a millisecond, and the last portions
+// of paths are small and leave lanes empty.
 constexpr std::uint32_t kChunksPerWorker = 32;
 
 /// Most paths of a unit that is not limited by memory.
@@ -120,8 +124,8 @@ ProgramOptions program_options(const DeviceInfo& device, const WavefrontConfig& 
 #if defined(__x86_64__) || defined(__aarch64__)
   if (device.cycle_counter && execution.ticks) options.defines["EK_TICKS"] = "1";  // ticks.h
 #endif
-  // Other drivers of processors, such as Mesa's, may hand programs on as SPIR-V, which has not all that Clang has built in: its
-  // translator does not refuse a prefetch, but ends the process.
+  // Other drivers of processors, such as Mesa's, may hand programs on as SPIR-V, which has not all
+  // that Clang has built in: its translator does not refuse a prefetch, but ends the process.
   if (device.cpu && !device.cycle_counter) options.defines["EK_PORTABLE"] = "1";  // lanes.h
   options.defines.merge(accel.defines());
   return options;

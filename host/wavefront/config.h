@@ -21,8 +21,9 @@ inline constexpr std::uint32_t kWorkGroup = EK_WORK_GROUP;  // work-items of a w
   return std::uint32_t((a + b - 1) / b);
 }
 
-/// How one device runs the stages, defaults filled in. A CPU device takes the paths of a unit in chunks: one work-item
-/// runs a stage over all paths of a chunk, some lanes at a time. A GPU has one work-item for each path.
+/// How one device runs the stages, defaults filled in. A CPU device takes the paths of a unit in
+/// chunks: one work-item runs a stage over all paths of a chunk, some lanes at a time. A GPU has
+/// one work-item for each path.
 struct WavefrontConfig {
   std::uint32_t lanes = 1;     // paths that one work-item traces in step: 1, 8 or 16
   bool chunked = false;        // false: as for GPUs, and all paths of a unit form one chunk
@@ -42,12 +43,12 @@ struct WavefrontConfig {
 inline constexpr std::uint32_t kBlockSide = 128, kBlockPixels = kBlockSide * kBlockSide;
 /// The bytes that a render may take of a device: its memory, or less by --memory.
 [[nodiscard]] std::uint64_t available_bytes(const DeviceInfo& device, const Execution& execution);
-/// Fills in by the device what `execution` leaves open. The most paths of a unit follow from the device and its memory,
-/// and not from the scene.
+/// Fills in by the device what `execution` leaves open. The most paths of a unit follow from the
+/// device and its memory, and not from the scene.
 WavefrontConfig configure(const DeviceInfo& device, const Execution& execution);
-/// The stages that shade hits, each those of one shading class, where the device has a queue for each class of the scene
-/// (kernels/stages/by_class/hit_queues.h); none if stage `shade` takes all. In the order of the classes' numbers, the names of classes
-/// that the scene lacks left empty.
+/// The stages that shade hits, each those of one shading class, where the device has a queue for
+/// each class of the scene (kernels/stages/by_class/hit_queues.h); none if stage `shade` takes all.
+/// In the order of the classes' numbers, the names of classes that the scene lacks left empty.
 std::vector<std::string> class_stages(const WavefrontConfig& config, const Features& features);
 /// The number of those stages, each of which has a queue.
 std::uint32_t hit_queue_count(const WavefrontConfig& config, const Features& features);

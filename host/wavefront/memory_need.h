@@ -11,7 +11,8 @@
 
 namespace eikon {
 
-/// The bytes of a device's buffers that grow with the paths of a unit (WavefrontConfig::capacity()).
+/// The bytes of a device's buffers that grow with the paths of a unit
+/// (WavefrontConfig::capacity()).
 struct UnitBufferBytes {
   std::uint64_t total = 0, largest = 0;  // largest: of one buffer
 };
@@ -38,9 +39,10 @@ struct UnitRoom {
   std::uint64_t beside_bytes = 0;  // of what is on the device beside units and scene
 };
 
-/// Returns `execution` with the paths that units are to have on this device. Without a limit by `execution` or by `room`,
-/// a device that launches each stage has smaller units where it, or --memory, has too little for the usual ones. Also a
-/// limit by `execution` is lowered where kernels could not number the words of a buffer.
+/// Returns `execution` with the paths that units are to have on this device. Without a limit by
+/// `execution` or by `room`, a device that launches each stage has smaller units where it, or
+/// --memory, has too little for the usual ones. Also a limit by `execution` is lowered where
+/// kernels could not number the words of a buffer.
 /// packed  with the tree of the device's layout
 [[nodiscard]] Execution fit_units(const PackedScene& packed, const DeviceInfo& device, const Features& features,
                                   const Settings& settings, const Execution& execution, const UnitRoom& room = {});
@@ -51,9 +53,9 @@ struct UnitRoom {
 /// Bytes that a film of this layout takes on the host.
 [[nodiscard]] std::uint64_t film_bytes(const FilmLayout& layout);
 
-/// Checks that the film, with its copy for checkpoints or else the prediction of its error, and the packed scene fit the
-/// memory that this process may use. Without this a control group would kill it during the render. throws
-/// DeviceError if they do not
+/// Checks that the film, with its copy for checkpoints or else the prediction of its error, and the
+/// packed scene fit the memory that this process may use. Without this a control group would kill
+/// it during the render. throws DeviceError if they do not
 void require_host_memory(const FilmLayout& layout, bool copied, std::uint64_t packed_bytes, const HostLimits& host);
 
 /// Checks that a device (or --memory) has that much in all, and in one buffer. throws DeviceError

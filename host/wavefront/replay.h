@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a replay reports of a single sample of a pixel (--pixel --sample): the vertices of its path, and the light it brings.
+// What a replay reports of a single sample of a pixel (--pixel --sample): the vertices of its path,
+// and the light it brings.
 #pragma once
 #include <cstdint>
 #include <glm/glm.hpp>
@@ -29,8 +30,8 @@ struct ReplayedSample {
   std::vector<Splat> splats;  // the brightest first
 };
 
-/// Reads the splats of a unit of one pixel that owns all light paths of a sample index. Each splat's radiance is divided by
-/// the number of these paths, as the film does.
+/// Reads the splats of a unit of one pixel that owns all light paths of a sample index. Each
+/// splat's radiance is divided by the number of these paths, as the film does.
 /// words  SPLAT_WORDS words of each splat
 /// paths  number of the light paths
 [[nodiscard]] std::vector<ReplayedSample::Splat> replayed_splats(std::span<const std::uint32_t> words,

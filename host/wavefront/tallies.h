@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads what kernels count: the paths in the queues after a depth, how full lanes and queues are at each bounce, and the
-// stages' shares of the time of a launch.
+// Reads what kernels count: the paths in the queues after a depth, how full lanes and queues are at
+// each bounce, and the stages' shares of the time of a launch.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -12,11 +12,12 @@
 
 namespace eikon {
 
-/// The words of buffer `counts` (kernels/stages/wavefront.h) for each chunk: paths at even depths, paths at odd depths,
-/// shadow rays, and one that is not read back.
+/// The words of buffer `counts` (kernels/stages/wavefront.h) for each chunk: paths at even depths,
+/// paths at odd depths, shadow rays, and one that is not read back.
 inline constexpr std::size_t kQueueWords = 4;
 
-/// Numbers of paths and rays that the stages of a depth have put into the queues, of one chunk or of several.
+/// Numbers of paths and rays that the stages of a depth have put into the queues, of one chunk or
+/// of several.
 struct QueueCounts {
   std::uint64_t next_paths = 0;  // that go on to the next depth
   std::uint64_t shadow_rays = 0;

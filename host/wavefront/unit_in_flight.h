@@ -11,8 +11,8 @@
 
 namespace eikon {
 
-/// A unit between Wavefront::begin() and the end of its transfers. A wavefront has two, so that the device has the next
-/// unit while the host waits for the sums of the one before.
+/// A unit between Wavefront::begin() and the end of its transfers. A wavefront has two, so that the
+/// device has the next unit while the host waits for the sums of the one before.
 struct UnitInFlight {
   std::size_t index = 0;  // among the two of the wavefront
   WorkUnit unit;

@@ -7,7 +7,8 @@
 
 namespace eikon {
 
-/// Units are never made smaller than this: smaller ones are slow, and the state of so few paths takes less than a megabyte.
+/// Units are never made smaller than this: smaller ones are slow, and the state of so few paths
+/// takes less than a megabyte.
 inline constexpr std::uint32_t kLeastUnitPaths = 1U << 10;
 
 /// The most paths of a unit after it was made smaller so many times: a quarter for each of them.

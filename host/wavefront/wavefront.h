@@ -36,7 +36,8 @@ struct UnitResult {
   std::vector<PixelSample> rejected;    // the first few of both, without splats
 };
 
-/// Renders units of one image on one device. Only one thread may use it, and that may hang in a call of the driver.
+/// Renders units of one image on one device. Only one thread may use it, and that may hang in a
+/// call of the driver.
 class Wavefront {
  public:
   /// Compiles the program, uploads the scene and allocates the buffers for paths in flight.
@@ -54,12 +55,12 @@ class Wavefront {
   /// nothing that the program and the buffers depend on. All units that were begun must be
   /// finished.
   void restart(const Settings& settings, const Execution& execution);
-  /// True if its program and its work buffers suit another scene, whose features and execution are the same but for what
-  /// depends on the scene alone.
+  /// True if its program and its work buffers suit another scene, whose features and execution are
+  /// the same but for what depends on the scene alone.
   [[nodiscard]] bool fits(const PackedScene& scene, const Features& features, const Execution& execution) const;
-  /// Prepares for an image of another scene that it fits, such as the next frame of a sequence: the scene is uploaded, and
-  /// nothing is compiled. The scene before must live until this returns. After an error it must not be used any more.
-  /// throws DeviceError
+  /// Prepares for an image of another scene that it fits, such as the next frame of a sequence: the
+  /// scene is uploaded, and nothing is compiled. The scene before must live until this returns.
+  /// After an error it must not be used any more. throws DeviceError
   void change_scene(const PackedScene& scene, const Features& features, const Settings& settings,
                     const Execution& execution);
 
@@ -71,33 +72,39 @@ class Wavefront {
   /// The counts of all units so far.
   [[nodiscard]] const Bounces& bounces() const;
 
-  // Three calls render a unit: begin(), launch_rest(), finish(). The next unit may begin between launch_rest() and finish()
-  // of the one before, so that the device has work while the host waits for the sums and adds them up:
+  // Three calls render a unit: begin(), launch_rest(), finish(). The next unit may begin between
+  // launch_rest() and finish() of the one before, so that the device has work while the host waits
+  // for the sums and adds them up:
   //   begin(a), launch_rest(), begin(b), finish() -> a, launch_rest(), begin(c), finish() -> b, ...
-  // If one launch runs all stages (WavefrontConfig::fused), begin() launches it and launch_rest() does nothing. Otherwise
-  // begin() launches the first depth, and launch_rest() the others.
+  // If one launch runs all stages (WavefrontConfig::fused), begin() launches it and launch_rest()
+  // does nothing. Otherwise begin() launches the first depth, and launch_rest() the others.
 
-  /// Starts a unit of at most config().capacity() paths. One earlier unit may be unfinished, if launch_rest() was called for
-  /// it. throws DeviceError; InternalError if the unit is too large, or has no place yet
+  /// Starts a unit of at most config().capacity() paths. One earlier unit may be unfinished, if
+  /// launch_rest() was called for it. throws DeviceError; InternalError if the unit is too large,
+  /// or has no place yet
   void begin(const WorkUnit& unit);
-  /// Launches the other depths of the unit that was begun last, and its film stage. Waits for the number of paths that go
-  /// on after each depth, so this blocks until the last depth is under way. throws DeviceError
+  /// Launches the other depths of the unit that was begun last, and its film stage. Waits for the
+  /// number of paths that go on after each depth, so this blocks until the last depth is under way.
+  /// throws DeviceError
   void launch_rest();
-  /// Waits for the oldest unit that was begun, and calls launch_rest() for it if nobody did. The arrays of the result are
-  /// valid until the next begin() but one. throws DeviceError; InternalError if no unit was begun
+  /// Waits for the oldest unit that was begun, and calls launch_rest() for it if nobody did. The
+  /// arrays of the result are valid until the next begin() but one. throws DeviceError;
+  /// InternalError if no unit was begun
   UnitResult finish();
 
-  /// Turns the light paths of units on or off, if the program has the stages for them. Each image begins
-  /// with them.
+  /// Turns the light paths of units on or off, if the program has the stages for them. Each image
+  /// begins with them.
   void trace_light_paths(bool on);
-  /// Uploads another table of path guiding; of a program with feature path_log. No unit may be under way.
+  /// Uploads another table of path guiding; of a program with feature path_log. No unit may be
+  /// under way.
   void set_guide(std::shared_ptr<const GuideTable> guide);
-  /// The log of the unit that was finished last, until the next begin(); of a program with feature path_log.
+  /// The log of the unit that was finished last, until the next begin(); of a program with feature
+  /// path_log.
   [[nodiscard]] PathLog path_log();
 
   /// Traces the path of one sample of a pixel, and reports its vertices from the camera on.
-  /// returns  the light that the path brings, and what the light paths of the same sample index bring to the pixel, if
-  ///          Settings::crop is this pixel alone
+  /// returns  the light that the path brings, and what the light paths of the same sample index
+  ///          bring to the pixel, if Settings::crop is this pixel alone
   /// throws DeviceError; InternalError if one launch runs all stages
   ReplayedSample replay(std::uint32_t x, std::uint32_t y, std::uint64_t sample,
                         const std::function<void(const PathVertex&)>& report);

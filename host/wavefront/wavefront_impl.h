@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The state of a Wavefront, and the steps in which it renders a unit. Only wavefront.cpp includes this file.
+// The state of a Wavefront, and the steps in which it renders a unit. Only wavefront.cpp includes
+// this file.
 #pragma once
 
 #include <algorithm>
@@ -26,8 +27,9 @@
 
 namespace eikon {
 
-// The values with which counters on the device begin: of paths that work-items have taken from the unit (next_path of kernel
-// `paths`), and of sums that did not fit the packed form (word 0 of film_packed, shared/packed_sums.h).
+// The values with which counters on the device begin: of paths that work-items have taken from the
+// unit (next_path of kernel `paths`), and of sums that did not fit the packed form (word 0 of
+// film_packed, shared/packed_sums.h).
 inline constexpr std::uint32_t kNoPathTaken = 0, kNoSumUnpacked = 0;
 
 struct Wavefront::Impl {
@@ -52,7 +54,8 @@ struct Wavefront::Impl {
   ProgramOptions compiled;  // options with which the program was compiled
   std::vector<std::string> sampled_stages;
   std::string formula_code;
-  // Kept alive here, because the buffers of a CPU device may be the memory of the table (Device::share).
+  // Kept alive here, because the buffers of a CPU device may be the memory of the table
+  // (Device::share).
   std::shared_ptr<const GuideTable> guide;
   LightAimBuffers light_aim;
   std::shared_ptr<const void> logged, radiance;    // memory that the last PathLog refers to

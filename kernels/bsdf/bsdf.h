@@ -11,8 +11,9 @@
 //           nothing. With `delta` set, wi is the one direction of a delta part, pdf the probability
 //           of choosing that part, and weight the part's share of the light over pdf.
 // If wo lies in or below the tangent plane nothing is scattered: eval and pdf are 0. A material has
-// one lobe of features.def. It may have layers on top (layers.h), of which no lobe knows. A coat may have
-// a normal other than the frame's, and reflects to directions above the surface itself with wi.z < 0, too.
+// one lobe of features.def. It may have layers on top (layers.h), of which no lobe knows. A coat
+// may have a normal other than the frame's, and reflects to directions above the surface itself
+// with wi.z < 0, too.
 #ifndef EK_BSDF_H
 #define EK_BSDF_H
 #include "bsdf/conductor.h"

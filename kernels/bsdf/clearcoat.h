@@ -4,9 +4,9 @@
 // view. The extension leaves the light's angle out of that weight, so a coated material is not
 // reciprocal.
 //
-// The coat and what lies below it may have different normals, and then either has a horizon of its own. With
-// EK_HAS_clearcoat_normal, it is therefore here that light is kept from passing the surface itself (is_above_coat, is_on_one_side), and
-// not where a coated material is evaluated.
+// The coat and what lies below it may have different normals, and then either has a horizon of its
+// own. With EK_HAS_clearcoat_normal, it is therefore here that light is kept from passing the
+// surface itself (is_above_coat, is_on_one_side), and not where a coated material is evaluated.
 #ifndef EK_BSDF_CLEARCOAT_H
 #define EK_BSDF_CLEARCOAT_H
 #include "bsdf/fresnel.h"
@@ -67,8 +67,9 @@ EK_FN vf coat_terminator(MaterialLanes m, Coat k, v3 wi_local, vf cos_i) {
 #endif
 }
 
-/// Mask of the directions that lie on one side both of the surface itself and of the normal of what is below a coat: others would let light
-/// through walls. Set where there is no coat, whose materials others ask (is_on_geometric_side).
+/// Mask of the directions that lie on one side both of the surface itself and of the normal of what
+/// is below a coat: others would let light through walls. Set where there is no coat, whose
+/// materials others ask (is_on_geometric_side).
 EK_FN vi is_on_one_side(MaterialLanes m, v3 wi) {
 #if EK_HAS_clearcoat_normal
   const vf cos_geom = dot3(m.n_geom, wi);

@@ -13,8 +13,8 @@ EK_FN BsdfValue diffuse_evaluate(MaterialLanes m, v3 wo, v3 wi) {
   return value;
 }
 
-// Directions are sampled by the cosine, so eval / pdf is the base colour itself, times the terminator's
-// factor, over the density of guiding.
+// Directions are sampled by the cosine, so eval / pdf is the base colour itself, times the
+// terminator's factor, over the density of guiding.
 EK_FN BsdfSample diffuse_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choice) {
   (void)choice;
   vf over_cosine;

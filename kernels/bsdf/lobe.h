@@ -110,7 +110,8 @@ EK_FN vf diffuse_pdf(MaterialLanes m, v3 wi) {
 #endif
 }
 
-/// Samples a direction for a diffuse part. over_cosine: is set to its density over that of the cosine
+/// Samples a direction for a diffuse part. over_cosine: is set to its density over that of the
+/// cosine
 EK_FN v3 diffuse_direction(MaterialLanes m, vf u, vf v, vf* over_cosine) {
   *over_cosine = (vf)(1.0f);
 #if EK_HAS_GUIDE

@@ -5,9 +5,9 @@
 // The appendix mixes the two by the reflectance at the half vector, which returns up to 1.9 times
 // the light near grazing incidence. Here the base has
 //   base (1 - E(wo)) (1 - E(wi)) / (pi (1 - E_avg))
-// with E the directional albedo of the layer [Kelemen and Szirmay-Kalos 2001, section 2]. That is reciprocal, never
-// reflects more than 1, and exactly 1 for a white base under a colourless
-// layer without loss.
+// with E the directional albedo of the layer [Kelemen and Szirmay-Kalos 2001, section 2]. That is
+// reciprocal, never reflects more than 1, and exactly 1 for a white base under a colourless layer
+// without loss.
 #ifndef EK_BSDF_METALLIC_ROUGHNESS_H
 #define EK_BSDF_METALLIC_ROUGHNESS_H
 #include "bsdf/fresnel.h"
@@ -45,9 +45,11 @@ EK_FN LayerShares layer_shares(MaterialLanes m) {
   return shares;
 }
 
-/// Schlick's law for metal and dielectric together, each under a thin film where the material has one.
-/// f0, f90  the sums of their reflectances times their shares. Films do not follow the sum, but what each reflects: they
-///          reverse the phase of light, or do not, by the index of what lies below.
+/// Schlick's law for metal and dielectric together, each under a thin film where the material has
+/// one.
+/// f0, f90  the sums of their reflectances times their shares. Films do not follow the sum, but
+///          what each reflects: they reverse the phase of light, or do not, by the index of what
+///          lies below.
 EK_FN v3 surface_reflectance(MaterialLanes m, v3 f0, vf f90, LayerShares shares, vf cosine) {
   const v3 plain = schlick(f0, f90, schlick_weight(cosine));
 #if EK_HAS_iridescence
@@ -206,8 +208,8 @@ EK_FN SpecularOverDiffuse metallic_roughness_terms(MaterialLanes m, v3 wo) {
   SpecularOverDiffuse k =
       make_specular_over_diffuse(m, wo, m.f0, m.f90, layer_shares(m), scale3(m.base_color, 1.0f - m.metallic));
 #if EK_HAS_GUIDE
-  // Directions of the diffuse part come from the table, so a surface whose highlight is wide follows the table sometimes
-  // even if all it reflects is the highlight.
+  // Directions of the diffuse part come from the table, so a surface whose highlight is wide
+  // follows the table sometimes even if all it reflects is the highlight.
   const vi wide = guide_has(m.guide) & (m.ggx_alpha >= EK_GUIDED_ALPHA);
   k.diffuse = wide ? max_f(k.diffuse, EK_GUIDED_SHARE * k.specular) : k.diffuse;
 #endif

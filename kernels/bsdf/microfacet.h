@@ -2,8 +2,8 @@
 // The GGX distribution of microfacets, its shadowing, and its visible normals. alpha is glTF's
 // roughness squared, along x and y. Directions w have w.z > 0. Everything is written in
 //   L(w) = sqrt((alpha.x w.x)^2 + (alpha.y w.y)^2 + w.z^2) = w.z (1 + 2 Lambda(w))
-// (ggx_length) [Heitz 2014, eq. 72], which needs no tangents and no differences of large numbers, from the pole to the
-// horizon.
+// (ggx_length) [Heitz 2014, eq. 72], which needs no tangents and no differences of large numbers,
+// from the pole to the horizon.
 #ifndef EK_MICROFACET_H
 #define EK_MICROFACET_H
 #include "lanes/math.h"

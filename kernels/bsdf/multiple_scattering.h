@@ -98,9 +98,10 @@ EK_FN vf glass_one_minus_E_avg(GlassTable at, vu side, vf alpha) {
   return mix_f(here, next, at.layer.weight);
 }
 
-/// The isotropic alpha whose glass loses as much light as this one does: about the middle between the mean of both alphas and the
-/// root of their mean square. It was found in white furnaces of spheres, where with strengths of .3 to 1 it is within 13 % of the
-/// right one; the geometric mean was a tenth to two thirds of it.
+/// The isotropic alpha whose glass loses as much light as this one does: about the middle between
+/// the mean of both alphas and the root of their mean square. It was found in white furnaces of
+/// spheres, where with strengths of .3 to 1 it is within 13 % of the right one; the geometric mean
+/// was a tenth to two thirds of it.
 EK_FN vf glass_alpha(GgxAlpha alpha) {
   if (!EK_HAS_anisotropy) return alpha.y;
   return 0.25f * (alpha.x + alpha.y) + 0.5f * sqrt_f(0.5f * (alpha.x * alpha.x + alpha.y * alpha.y));

@@ -39,7 +39,8 @@ EK_FN BsdfValue phong_value(MaterialLanes m, Phong k, v3 wo, v3 wi) {
   const vf power = exp2_f((-0.5f * m.own.phong_shininess) * log2_f(1.0f + div_f(flat2, z2)));
   const vf twice_cos = sqrt_f(flat2 + z2);  // |wo + wi| = 2 wo . h
   BsdfValue value;
-  const vf fade = diffuse_terminator(m, wi), alpha = sqrt_f(div_f((vf)(2.0f), m.own.phong_shininess + 2.0f));  // [Walter et al. 2007, section 5.2]
+  // The alpha of microfacets that spread as much [Walter et al. 2007, section 5.2].
+  const vf alpha = sqrt_f(div_f((vf)(2.0f), m.own.phong_shininess + 2.0f)), fade = diffuse_terminator(m, wi);
   value.f = scale3(add3(scale3(k.base, fade), scale3(m.own.phong_specular, (k.scale * power) * glossy_terminator(fade, alpha))), wi.z);
   const vf highlight = div_f(((m.own.phong_shininess + 1.0f) * EK_INV_2PI) * power, 2.0f * twice_cos);
   value.pdf = k.p_highlight * highlight + (1.0f - k.p_highlight) * (EK_INV_PI * wi.z);

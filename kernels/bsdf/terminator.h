@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The terminator of shading normals: light ends abruptly at the horizon of the surface itself, which the factor here hides.
+// The terminator of shading normals: light ends abruptly at the horizon of the surface itself,
+// which the factor here hides.
 #ifndef EK_BSDF_TERMINATOR_H
 #define EK_BSDF_TERMINATOR_H
 #include "bsdf/lobe.h"
@@ -16,7 +17,8 @@ EK_FN vf terminator_factor(vf cos_geom, vf cos_shade, vf cos_between) {
   return ((g - g * g) + 1.0f) * g;
 }
 
-/// terminator_factor of what a diffuse surface of shading normal +z reflects to or from wi; 1 for what it transmits.
+/// terminator_factor of what a diffuse surface of shading normal +z reflects to or from wi; 1 for
+/// what it transmits.
 EK_FN vf diffuse_terminator(MaterialLanes m, v3 wi) {
 #if EK_HAS_GEOMETRIC_NORMAL
   if (!m.has_n_geom) return (vf)(1.0f);
@@ -29,10 +31,12 @@ EK_FN vf diffuse_terminator(MaterialLanes m, v3 wi) {
 #endif
 }
 
-/// The same for a reflection by microfacets: as for a diffuse part where the reflection is as broad (alpha 1), and 1 for a mirror, whose image
-/// would only turn black where usable_normal has bent it to the horizon of the surface.
+/// The same for a reflection by microfacets: as for a diffuse part where the reflection is as broad
+/// (alpha 1), and 1 for a mirror, whose image would only turn black where usable_normal has bent it
+/// to the horizon of the surface.
 /// diffuse  diffuse_terminator
-/// source   Cycles applies its factor to diffuse closures alone (bump_shadowing_term); here there is no step between sharp and rough
+/// source   Cycles applies its factor to diffuse closures alone (bump_shadowing_term); here there
+///          is no step between sharp and rough
 EK_FN vf glossy_terminator(vf diffuse, vf alpha) { return (1.0f - alpha) + alpha * diffuse; }
 
 #endif

@@ -10,7 +10,8 @@
 #include "bsdf/fresnel.h"
 #include "lanes/math.h"
 
-// One of the Gaussians over 1 / lambda whose sums are the colour matching functions [Belcour and Barla 2017, supplement].
+// One of the Gaussians over 1 / lambda whose sums are the colour matching functions [Belcour and
+// Barla 2017, supplement].
 typedef struct {
   float weight;    // its share of the function's integral
   float middle;    // mean of 1 / lambda, 1 / m
@@ -86,8 +87,8 @@ EK_FN vf thin_film_most_f0(ThinFilm film, vf f0) {
   return r * r;
 }
 
-/// Reflectance, R, G and B, [0, 1]; never more than Schlick's law with thin_film_most_f0 as f0, on which
-/// the share of a diffuse base below relies.
+/// Reflectance, R, G and B, [0, 1]; never more than Schlick's law with thin_film_most_f0 as f0, on
+/// which the share of a diffuse base below relies.
 /// cosine  of the light with the normal, in air, [0, 1]
 /// f0      of the base without the film, R, G and B
 EK_FN_ONCE v3 thin_film_reflectance(ThinFilm film, v3 f0, vf cosine) {

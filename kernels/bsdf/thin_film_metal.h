@@ -5,8 +5,8 @@
 //   R = |r12 + r23 E|^2 / |1 + r12 r23 E|^2 = 1 - A (1 + 2 sum Re q^m),
 //   q = -r12 r23 E,   A = (1 - R12) (1 - R23) / (1 - R12 R23)
 // with r12 of the film's upper side, r23 of the metal seen from the film, R12 and R23 their squared
-// absolute values, and E = exp(2 pi i path / lambda). A is small where the metal reflects much, and so are the orders
-// beyond the last that is summed.
+// absolute values, and E = exp(2 pi i path / lambda). A is small where the metal reflects much, and
+// so are the orders beyond the last that is summed.
 #ifndef EK_THIN_FILM_METAL_H
 #define EK_THIN_FILM_METAL_H
 #include "bsdf/thin_film.h"
@@ -70,8 +70,8 @@ EK_FN void thin_film_echoes(ThinFilmTop t, vf eta, vf k, ThinFilmEchoChannel* ac
 }
 
 // exp(2 pi i m path / lambda) averaged over one of the Gaussians of thin_film.h, stepped from one
-// order m to the next: d^(m m) exp(2 pi i m middle path), where the Gaussian's width damps the first
-// order to d.
+// order m to the next: d^(m m) exp(2 pi i m middle path), where the Gaussian's width damps the
+// first order to d.
 typedef struct { vf re, im, step_re, step_im, shrink; } ThinFilmWave;
 
 EK_FN ThinFilmWave thin_film_wave(vf path, CieGaussian gaussian) {

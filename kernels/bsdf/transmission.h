@@ -41,8 +41,9 @@ EK_FN vf solid_f0(vf eta) {
   return r * r;
 }
 
-/// Reflectance of a solid: m.f0_dielectric at normal incidence and m.specular at grazing angles, and between the two as Fresnel's equations
-/// for its indices are between theirs. So it is the same from both sides. Total reflection stays total.
+/// Reflectance of a solid: m.f0_dielectric at normal incidence and m.specular at grazing angles,
+/// and between the two as Fresnel's equations for its indices are between theirs. So it is the same
+/// from both sides. Total reflection stays total.
 /// exact  by Fresnel's equations
 EK_FN v3 solid_reflectance(MaterialLanes m, vf exact, vf cos_h) {
 #if EK_HAS_solid_specular

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rays through the film: a pinhole's, those of a thin lens (EK_HAS_lens), the parallel ones of an
-// orthographic camera (EK_HAS_orthographic), or all around (EK_HAS_panorama). With EK_HAS_camera_motion
-// each ray has a time, and the camera stands where it is then.
+// orthographic camera (EK_HAS_orthographic), or all around (EK_HAS_panorama). With
+// EK_HAS_camera_motion each ray has a time, and the camera stands where it is then.
 #ifndef EK_CAMERA_H
 #define EK_CAMERA_H
 #include "lanes/math.h"
@@ -16,8 +16,8 @@ typedef struct {
   vf u, v;  // place in it, from its upper left corner: [0, 1]^2, or beyond with a wide filter
 } FilmPoint;
 
-// CameraPose: where the camera stands. EK_OF_CAMERA(camera, vector): one of the vectors of Frame that say so.
-// EK_INVERSE_FOCUS(camera): 1 / how far ahead things are sharp, 1 / metres.
+// CameraPose: where the camera stands. EK_OF_CAMERA(camera, vector): one of the vectors of Frame
+// that say so. EK_INVERSE_FOCUS(camera): 1 / how far ahead things are sharp, 1 / metres.
 #if EK_HAS_camera_motion
 #define EK_CAMERA_ARGUMENTS , global const float *camera_poses
 #define EK_CAMERA_DATA , camera_poses
@@ -47,9 +47,10 @@ EK_FN v3 camera_vector(global const float* poses, vu pose, uint which, vf share)
 }
 
 /// The camera at a time in [0, 1) of the shutter's.
-/// poses  EK_CAMERA_POSE_WORDS for each of frame->pose_steps + 1: the vectors of CameraPose as float4
-// Between two poses each vector goes straight. Where the camera turns, the steps are so short that this is less than
-// a pixel off (host/gltf/animation/exposure.cpp).
+/// poses  EK_CAMERA_POSE_WORDS for each of frame->pose_steps + 1: the vectors of CameraPose as
+///        float4
+// Between two poses each vector goes straight. Where the camera turns, the steps are so short that
+// this is less than a pixel off (host/gltf/animation/exposure.cpp).
 EK_FN CameraPose moving_camera(constant Frame* frame, global const float* poses, vf time) {
   vf share;
   const vu step = step_of(frame->pose_steps, time, &share);
@@ -67,8 +68,8 @@ EK_FN CameraPose moving_camera(constant Frame* frame, global const float* poses,
 #define EK_CAMERA_ARGUMENTS
 #define EK_CAMERA_DATA
 
-// The vectors of a camera that stands still are read from Frame where they are used: with a copy of all of them Intel's
-// compiler makes stage `generate` for 16 lanes instead of 32.
+// The vectors of a camera that stands still are read from Frame where they are used: with a copy of
+// all of them Intel's compiler makes stage `generate` for 16 lanes instead of 32.
 typedef constant Frame* CameraPose;
 #define EK_OF_CAMERA(camera, vector) splat3((camera)->vector)
 #define EK_INVERSE_FOCUS(camera) ((vf)((camera)->lens_x.w))

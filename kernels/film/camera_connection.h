@@ -4,7 +4,8 @@
 #define EK_CAMERA_CONNECTION_H
 #include "film/camera.h"
 
-/// Density of the points that camera rays of all pixels meet: pixels^2 of the film per m^2 of a surface across the ray.
+/// Density of the points that camera rays of all pixels meet: pixels^2 of the film per m^2 of a
+/// surface across the ray.
 /// dir       of the ray, unit
 /// distance  from the camera, or from the point on its lens
 EK_FN vf film_density_m2(constant Frame* frame, v3 dir, vf distance) {
@@ -16,7 +17,8 @@ EK_FN vf film_density_m2(constant Frame* frame, v3 dir, vf distance) {
     const vf sin_polar = sqrt_f(max_f(1.0f - cos_polar * cos_polar, (vf)(0x1p-40f)));
     return div_f(density, distance2 * sin_polar);
   }
-  // The film lies across the axis at the distance 1 / cosine along the ray, so its angle falls as the cube of that.
+  // The film lies across the axis at the distance 1 / cosine along the ray, so its angle falls as
+  // the cube of that.
   const vf cosine = dot3(splat3(frame->film_normal), dir);
   return div_f(density, distance2 * ((cosine * cosine) * cosine));
 }
@@ -74,7 +76,8 @@ EK_FN CameraView camera_view(constant Frame* frame, v3 p, vu key, vu index, uint
   view.distance = sqrt_f(dot3(way, way));
   view.dir = scale3(way, div_f((vf)(1.0f), view.distance));
   const vf cosine = dot3(splat3(frame->film_normal), view.dir);
-  // The rays of a film point meet where it is in focus, so from a point of the lens the film looks moved.
+  // The rays of a film point meet where it is in focus, so from a point of the lens the film looks
+  // moved.
   on_film = add3(on_film, scale3(view.dir, div_f((vf)(1.0f), cosine)));
   view.x = dot3(splat3(frame->film_dual_x), on_film) + frame->film_dual_x.w;
   view.y = dot3(splat3(frame->film_dual_y), on_film) + frame->film_dual_y.w;

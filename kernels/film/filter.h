@@ -31,8 +31,8 @@ EK_FN FilterSample filter_sample(global const float* filter_table, vf u) {
   return s;
 }
 
-/// The filter at a distance from a pixel's middle, of integral 1: the density with which filter_sample places samples,
-/// times their weight.
+/// The filter at a distance from a pixel's middle, of integral 1: the density with which
+/// filter_sample places samples, times their weight.
 EK_FN vf filter_value(global const float* filter_table, vf offset) {
   const vf distance = abs_f(offset);
   vu bin = (vu)(0u);  // the last one whose outer end is not nearer
@@ -48,8 +48,9 @@ EK_FN vf filter_value(global const float* filter_table, vf offset) {
   return ((distance < filter_table[0]) & (outer > inner)) ? value : (vf)(0.0f);
 }
 
-/// Chooses one of the pixels along an axis whose filter reaches a place on the film, in proportion to its magnitude
-/// there. pixel: is set to it; u: [0, 1). returns the filter over the probability of that choice
+/// Chooses one of the pixels along an axis whose filter reaches a place on the film, in proportion
+/// to its magnitude there. pixel: is set to it; u: [0, 1). returns the filter over the probability
+/// of that choice
 EK_FN vf filter_pixel(global const float* filter_table, vf place, vf u, vf* pixel) {
   const float radius = filter_table[0];
   const int count = (int)(2.0f * radius) + 2;  // pixels that may be reached

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layer `motion`: how far what a camera ray meets goes on the picture until the next frame, in pixels, x to the right and y
-// up, as compositors have it. Both ends are projected through the middle of the lens, as the cameras of the two frames
-// stand; what moves while the shutter is open counts where it is at the time of the frame. Where a camera ray meets nothing, it is the
-// motion of the environment, and 0 if there is none or the picture is transparent.
-//   motion_cameras  behind the poses of a moving camera (film/camera.h): CAMERA_WORDS for this frame, and for the next
-//   next_corners    a word for each triangle, which is 0 if it stands still until the next frame, else the place in this array
-//                   of its nine coordinates there
+// Layer `motion`: how far what a camera ray meets goes on the picture until the next frame, in
+// pixels, x to the right and y up, as compositors have it. Both ends are projected through the
+// middle of the lens, as the cameras of the two frames stand; what moves while the shutter is open
+// counts where it is at the time of the frame. Where a camera ray meets nothing, it is the motion
+// of the environment, and 0 if there is none or the picture is transparent.
+//   motion_cameras  behind the poses of a moving camera (film/camera.h): CAMERA_WORDS for this
+//                   frame, and for the next
+//   next_corners    a word for each triangle, which is 0 if it stands still until the next frame,
+//                   else the place in this array of its nine coordinates there
 #ifndef EK_MOTION_VECTOR_H
 #define EK_MOTION_VECTOR_H
 #include "film/slots.h"
@@ -21,7 +23,8 @@ enum {
   CAMERA_WORDS = EK_MOTION_CAMERA_WORDS
 };
 
-// Points near the plane of the camera would be anywhere; what is further away than this is far outside of any picture.
+// Points near the plane of the camera would be anywhere; what is further away than this is far
+// outside of any picture.
 #define EK_MOST_MOTION 65504.0f  // the largest half float
 
 typedef struct {
@@ -75,8 +78,8 @@ EK_FN v3 next_corner(SceneData scene, vu at) {
   return V3(gather_f(words, at), gather_f(words, at + 1u), gather_f(words, at + 2u));
 }
 
-/// Puts the points of triangles in this frame and in the next one in the place of those of `seen`, where they move.
-/// u, v: weights of the corners p1 and p2
+/// Puts the points of triangles in this frame and in the next one in the place of those of `seen`,
+/// where they move. u, v: weights of the corners p1 and p2
 EK_FN void follow_triangle(SceneData scene, vu triangle, vf u, vf v, SeenMotion* seen) {
   const vu record = seen->live ? gather_u(scene.next_corners, triangle) : (vu)(0u);
   const vi moves = record != 0u;

@@ -2,7 +2,7 @@
 // Film slots: one float per path and channel, in which a path gathers what it brings to its pixel.
 //
 // "Film" has four forms, and a sample's radiance passes through them in this order:
-//   film slots   this file           one float per path and channel of a unit; a path adds to its own
+//   film slots   this file           one float per path and channel of a unit
 //   film sums    stages/film.cl      one exact sum per pixel, replicate and channel of a unit
 //   fixed point  film/fixed_point.h  the number format of those sums, in 32-bit limbs
 //   the film     host/film/film.h    the sums of all units, on the host
@@ -91,7 +91,8 @@ EK_FN void film_add_3(FilmSlots film, uint plane, vi live, vu path, v3 value) {
 typedef struct {
   vi live;                  // mask of the lanes that have some
   vu path;
-  // Surfaces that it met and that scattered nothing (nested_media.h), less the scatterings of a merged photon (stages/shade/merge.h).
+  // Surfaces that it met and that scattered nothing (nested_media.h), less the scatterings of a
+  // merged photon (stages/shade/merge.h).
   vu null_interface_count;
   vu group;                 // light group of its source
   v3 radiance;

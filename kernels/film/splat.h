@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Splats: what light paths bring to pixels. Any light path may reach any pixel, so they have no slots of the film, but
-// stand in a list that the host adds to its sums (host/film/splats.cpp). They have no fixed order; the host adds integers, so
-// this changes no bit.
+// Splats: what light paths bring to pixels. Any light path may reach any pixel, so they have no
+// slots of the film, but stand in a list that the host adds to its sums (host/film/splats.cpp).
+// They have no fixed order; the host adds integers, so this changes no bit.
 #ifndef EK_SPLAT_H
 #define EK_SPLAT_H
 #include "film/slots.h"
@@ -15,7 +15,8 @@ typedef struct {
   uint capacity;
 } SplatList;
 
-/// Adds an entry of so many words for each lane of the mask `live`. Entries that there is no room for are counted alone.
+/// Adds an entry of so many words for each lane of the mask `live`. Entries that there is no room
+/// for are counted alone.
 /// entry  [count]; count: SPLAT_WORDS or PHOTON_WORDS
 EK_FN void list_add(SplatList list, vi live, const vu* entry, const uint count) {
 #if EK_WIDTH == 1

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cells of the guide: cubes of space, split by the direction of the surface in them. A point is looked up
-// in the cell of the finest level that the pilot has visited (host/guide/guide_table.h builds the hash
-// table). [Binder et al. 2018, "Fast Path Space Filtering by Jittered Spatial Hashing"]
+// Cells of the guide: cubes of space, split by the direction of the surface in them. A point is
+// looked up in the cell of the finest level that the pilot has visited (host/guide/guide_table.h
+// builds the hash table). [Binder et al. 2018, "Fast Path Space Filtering by Jittered Spatial
+// Hashing"]
 #ifndef EK_GUIDE_CELL_H
 #define EK_GUIDE_CELL_H
 #include "lanes/sampler.h"
@@ -26,8 +27,8 @@ EK_FN vu cell_coordinate(vf x) {
   return AS_U(above ? truncated - 1 : truncated) + 32768u;
 }
 
-// The face of a cube around the origin that the normal goes through, and which quarter of that face; normals along an
-// axis have one code, so that rounding does not tear a wall apart.
+// The face of a cube around the origin that the normal goes through, and which quarter of that
+// face; normals along an axis have one code, so that rounding does not tear a wall apart.
 #define EK_ALONG_AXIS 0.999f  // least cosine with the axis, 2.6 degrees
 EK_FN vu normal_code(v3 n) {
   const vf ax = abs_f(n.x), ay = abs_f(n.y), az = abs_f(n.z);
@@ -55,8 +56,8 @@ EK_FN CellKey cell_key_at_level(CellKey key, uint level) {
   return coarse;
 }
 
-/// Finds the cell of the finest level; EK_NO_CELL where there is none, or where `wanted` is not set. Two keys with the
-/// same tag share a cell, which costs variance and nothing else.
+/// Finds the cell of the finest level; EK_NO_CELL where there is none, or where `wanted` is not
+/// set. Two keys with the same tag share a cell, which costs variance and nothing else.
 /// slots  pairs of a tag and the index of a cell; a tag of 0 ends a search
 EK_FN vu cell_find(constant Frame* frame, global const uint* slots, CellKey key, vi wanted) {
   const uint mask = frame->guide_slot_mask;

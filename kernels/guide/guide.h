@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Path guiding: what a pilot learned about the light that arrives at a cell steers where paths go on.
+// Path guiding: what a pilot learned about the light that arrives at a cell steers where paths go
+// on.
 //
-// A cell has a table of 8 x 8 bins over the unit square from which warp_cosine_hemisphere makes directions, so the
-// cosine of a diffuse surface is in it without cost. guide_warp moves a point of the square towards heavy bins, and
-// guide_density is the density of the directions that come out of it over that of the cosine; it is at least
-// EK_GUIDE_LEAST, so no weight grows by more than its inverse. The table is frozen before the render begins, so
-// samples stay independent and unbiased whatever is in it. Its words are listed in shared/guide.h.
+// A cell has a table of 8 x 8 bins over the unit square from which warp_cosine_hemisphere makes
+// directions, so the cosine of a diffuse surface is in it without cost. guide_warp moves a point of
+// the square towards heavy bins, and guide_density is the density of the directions that come out
+// of it over that of the cosine; it is at least EK_GUIDE_LEAST, so no weight grows by more than its
+// inverse. The table is frozen before the render begins, so samples stay independent and unbiased
+// whatever is in it. Its words are listed in shared/guide.h.
 #ifndef EK_GUIDE_H
 #define EK_GUIDE_H
 #include "guide/cell.h"
@@ -25,10 +27,11 @@ typedef struct {
 #define EK_GUIDE_DATA
 #endif
 
-// GGX's alpha, the square of glTF's roughness, from which on highlights are so wide that a table of 8 x 8 bins helps to
-// sample them.
+// GGX's alpha, the square of glTF's roughness, from which on highlights are so wide that a table of
+// 8 x 8 bins helps to sample them.
 #define EK_GUIDED_ALPHA 0.16f
-// Probability that such a surface follows the table, over that of following the highlight: at least so much.
+// Probability that such a surface follows the table, over that of following the highlight: at least
+// so much.
 #define EK_GUIDED_SHARE 0.2f
 
 // Density over that of the cosine, of one unit of weight.
@@ -52,7 +55,8 @@ EK_FN vf guide_half_word(vu word, uint which) { return TO_F(AS_I((which & 1u) !=
 EK_FN vf guide_indirect(GuideCell g) { return gather_f((global const float*)g.cells, guide_words(g) + (uint)GUIDE_indirect); }
 EK_FN vf guide_direct(GuideCell g) { return gather_f((global const float*)g.cells, guide_words(g) + (uint)GUIDE_direct); }
 
-/// Moves u and v, in [0, 1 - 2^-24]. returns the density; 1 for lanes without a cell, which keep theirs
+/// Moves u and v, in [0, 1 - 2^-24]. returns the density; 1 for lanes without a cell, which keep
+/// theirs
 EK_FN vf guide_warp(GuideCell g, vf* u, vf* v) {
   const vi has = guide_has(g);
   if (!ANY(has)) return (vf)(1.0f);
@@ -106,7 +110,8 @@ EK_FN vu guide_bin(v3 wi) {
   return AS_U(TO_I(x)) * EK_GUIDE_ROWS + AS_U(TO_I(y));
 }
 
-/// Density of wi (local) among the directions that guide_warp leads to, over that of the cosine; 1 without a cell.
+/// Density of wi (local) among the directions that guide_warp leads to, over that of the cosine; 1
+/// without a cell.
 EK_FN vf guide_density(GuideCell g, v3 wi) {
   const vi has = guide_has(g);
   if (!ANY(has)) return (vf)(1.0f);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The paths of a pilot write a log, from which the host learns where light comes from (host/guide/learner.h). It has the
-// words LOG_* of each of their first EK_LOG_DEPTHS vertices.   path_log[((depth - 1) * LOG_WORDS + word) * stride + path]
+// The paths of a pilot write a log, from which the host learns where light comes from
+// (host/guide/learner.h). It has the words LOG_* of each of their first EK_LOG_DEPTHS vertices:
+//   path_log[((depth - 1) * LOG_WORDS + word) * stride + path]
 #ifndef EK_PATH_LOG_H
 #define EK_PATH_LOG_H
 #include "lanes/math.h"
@@ -19,7 +20,8 @@ typedef struct {
 #define EK_LOG {0, 0u}
 #endif
 
-/// Sets one word of the vertex at a depth of the paths of the mask `live`. Lanes without a path write to the padding.
+/// Sets one word of the vertex at a depth of the paths of the mask `live`. Lanes without a path
+/// write to the padding.
 EK_FN void log_set(PathLog log, uint depth, uint word, vi live, vu path, vu value) {
   if (depth > EK_LOG_DEPTHS) return;
 #if EK_WIDTH == 1

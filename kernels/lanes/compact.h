@@ -3,7 +3,8 @@
 // AVX-512 has an instruction for it, AVX2 permutes by a table, and others go lane by lane. The
 // words are the same. Vectors of 8 and of 16 words each have
 //   permuteN(x, order)         lane i is x[order[i]], of which the lowest 3 or 4 bits count
-//   compressN(x, bits)         lane k is the k-th lane of x whose bit is set; the lanes behind those are arbitrary
+//   compressN(x, bits)         lane k is the k-th lane of x whose bit is set; the lanes behind
+//                              those are arbitrary
 //   appendN(list, x, bits)     stores that; up to N words of `list` are written
 #ifndef EK_COMPACT_H
 #define EK_COMPACT_H

@@ -5,9 +5,9 @@
 #define EK_COMPRESS_TABLE_H
 #include "lanes/lanes.h"
 
-// Byte k of an entry is the k-th set lane of the set. A row has all sets of the lanes 0 to 3, together with one of the
-// lanes 4 to 7. The numbers are written out because PoCL expands all macros whenever it looks a program up: computing each
-// entry by macros took it 0.15 s.
+// Byte k of an entry is the k-th set lane of the set. A row has all sets of the lanes 0 to 3,
+// together with one of the lanes 4 to 7. The numbers are written out because PoCL expands all
+// macros whenever it looks a program up: computing each entry by macros took it 0.15 s.
 #define COMPRESS_ROW(high)                                                                                        \
   high, 0x00ul | high << 8, 0x01ul | high << 8, 0x0100ul | high << 16, 0x02ul | high << 8, 0x0200ul | high << 16, \
       0x0201ul | high << 16, 0x020100ul | high << 24, 0x03ul | high << 8, 0x0300ul | high << 16,                  \

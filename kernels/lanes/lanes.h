@@ -23,15 +23,18 @@
 #undef __AVX512VL__
 #endif
 
-#ifdef EK_OUT_OF_LINE  // without optimisation: inlining would leave notes to the optimiser that an interpreter does not know
+// Without optimisation: inlining would leave notes to the optimiser that an interpreter does not
+// know.
+#ifdef EK_OUT_OF_LINE
 #define EK_FN static
 #else
 #define EK_FN static inline __attribute__((always_inline))
 #endif
-// EK_FN_ONCE marks functions that are not inlined on CPU devices. These are the bodies of kernels, because PoCL compiles three
-// copies of a kernel's own code, but one of what it calls. It inlines a function that asks for the work-item's place all the same,
-// so a body gets what follows from the place as arguments. Stages, which run over thousands of paths at a call, and a few long
-// functions are marked too, because a compiler takes longer over one large body.
+// EK_FN_ONCE marks functions that are not inlined on CPU devices. These are the bodies of kernels,
+// because PoCL compiles three copies of a kernel's own code, but one of what it calls. It inlines a
+// function that asks for the work-item's place all the same, so a body gets what follows from the
+// place as arguments. Stages, which run over thousands of paths at a call, and a few long functions
+// are marked too, because a compiler takes longer over one large body.
 #ifndef EK_FN_ONCE
 #if EK_WIDTH > 1 || defined(__x86_64__) || defined(__aarch64__)
 #define EK_FN_ONCE static __attribute__((noinline, unused))
@@ -76,9 +79,9 @@ typedef vu __attribute__((aligned(4))) vu_unaligned;
 
 typedef struct { vf x, y, z; } v3;
 
-// ---- masks ----------------------------------------------------------------------------------------------------------
-// EK_BUILTIN(name): this compiler has the builtin, and EK_PORTABLE does not forbid it. Builtins only shorten what the portable
-// forms say; the bits are the same.
+// ---- masks --------------------------------------------------------------------------------------
+// EK_BUILTIN(name): this compiler has the builtin, and EK_PORTABLE does not forbid it. Builtins
+// only shorten what the portable forms say; the bits are the same.
 #if defined(__has_builtin) && !defined(EK_PORTABLE)
 #define EK_BUILTIN(name) __has_builtin(name)
 #else
@@ -93,9 +96,10 @@ EK_FN int lanes_any(vi m) { return any(m); }
 
 #define ALL_LANES (LANE_INDEX == LANE_INDEX)
 
-// ---- memory ---------------------------------------------------------------------------------------------------------
-// EK_PREFETCH(p): fetches the line of a CPU's caches in which p points, to global memory. EK_CPU comes from the host. GPUs hide the
-// latency of memory by other work-items, and NVIDIA's compiler refuses the builtin for pointers to global memory.
+// ---- memory -------------------------------------------------------------------------------------
+// EK_PREFETCH(p): fetches the line of a CPU's caches in which p points, to global memory. EK_CPU
+// comes from the host. GPUs hide the latency of memory by other work-items, and NVIDIA's compiler
+// refuses the builtin for pointers to global memory.
 #if EK_CPU && EK_BUILTIN(__builtin_prefetch)
 #define EK_PREFETCH(p) __builtin_prefetch(p)
 #else
@@ -168,8 +172,9 @@ EK_FN Rec rec16(global const void* records, vu i) {
 // across the register costs twice the time where some are not.
 typedef struct { vf w0, w1, w2, w3; } Quad;
 
-// Each of these is one instruction of the compiler's intermediate code. If a vector is put together from parts, it becomes up to
-// fifteen of them, which no pass joins; they were a quarter of all instructions of a simple scene.
+// Each of these is one instruction of the compiler's intermediate code. If a vector is put together
+// from parts, it becomes up to fifteen of them, which no pass joins; they were a quarter of all
+// instructions of a simple scene.
 #if EK_WIDTH == 8
 #define EK_ZIP_LO(a, b) __builtin_shufflevector(a, b, 0, 8, 1, 9, 4, 12, 5, 13)
 #define EK_ZIP_HI(a, b) __builtin_shufflevector(a, b, 2, 10, 3, 11, 6, 14, 7, 15)

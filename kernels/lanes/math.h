@@ -17,8 +17,8 @@ EK_FN vf abs_f(vf x) { return AS_F(AS_U(x) & 0x7fffffffu); }
 EK_FN vf copysign_f(vf magnitude, vf sign) {
   return AS_F((AS_U(magnitude) & 0x7fffffffu) | (AS_U(sign) & 0x80000000u));
 }
-/// 2^-k for 2^k <= |x| < 2^(k + 1), -126 <= k <= 126. Products with it are exact but for underflow, so it scales numbers whose squares
-/// would leave the range of float.
+/// 2^-k for 2^k <= |x| < 2^(k + 1), -126 <= k <= 126. Products with it are exact but for underflow,
+/// so it scales numbers whose squares would leave the range of float.
 EK_FN vf inverse_power_of_two(vf x) { return AS_F(0x7f000000u - (AS_U(x) & 0x7f800000u)); }
 EK_FN vi is_finite(vf x) { return (AS_U(x) & 0x7f800000u) != 0x7f800000u; }
 

@@ -27,10 +27,11 @@ enum {
   DIM_ENVIRONMENT  // texel of the environment's map and the place in it
 };
 
-// Light paths use the same pairs, some of them for other decisions. In stage light_generate DIM_FILTER chooses the light and the point
-// on it, x of DIM_TIME the target, DIM_LENS the direction within the target's cone or the place on its disc, and DIM_ENVIRONMENT of
-// depth 0 the texel. At a vertex DIM_LIGHT chooses the point on the lens (camera_view), and DIM_ENVIRONMENT the pixel among those whose
-// filter reaches the splat (splat_place).
+// Light paths use the same pairs, some of them for other decisions. In stage light_generate
+// DIM_FILTER chooses the light and the point on it, x of DIM_TIME the target, DIM_LENS the
+// direction within the target's cone or the place on its disc, and DIM_ENVIRONMENT of depth 0 the
+// texel. At a vertex DIM_LIGHT chooses the point on the lens (camera_view), and DIM_ENVIRONMENT the
+// pixel among those whose filter reaches the splat (splat_place).
 
 /// Dimension of decision `which` (DIM_SCATTER ...) at the vertex of that depth. No depth is the
 /// last.
@@ -76,8 +77,9 @@ EK_FN vu sobol_1_reversed(vu k) {
 /// index_high        high word of the sample's index; the low word is given to sample_2d
 EK_FN vu sample_key(vu pixel_x, vu pixel_y, vu replicate, uint seed, uint index_high) {
   const vu seed_bits = hash_bits((vu)(seed) + 0x9e3779b9u);
-  // The seed is hashed once more than for the pixel. Otherwise both hashes would be the same for pixel (0, 0) and index_high 0, and
-  // cancel out, so that the keys of replicate 0 would not depend on the seed.
+  // The seed is hashed once more than for the pixel. Otherwise both hashes would be the same for
+  // pixel (0, 0) and index_high 0, and cancel out, so that the keys of replicate 0 would not depend
+  // on the seed.
   const vu high_bits = hash_bits(hash_bits(seed_bits) + index_high);
   const vu pixel = hash_bits((pixel_x ^ ((pixel_y << 16) | (pixel_y >> 16))) ^ seed_bits);
   return hash_bits((pixel + replicate * 0x85ebca6bu) ^ high_bits);

@@ -80,7 +80,8 @@ EK_FN vf pdf_sr_from_m2(vf pdf_m2, v3 n_geom, v3 dir, vf t) {
   return cos_light > 0.0f ? div_f(pdf_m2 * (t * t), cos_light) : (vf)(0.0f);
 }
 
-#define EK_HAS_BOTH_SIDES (EK_HAS_transmission | EK_HAS_clearcoat_normal)  // light may count from below a shading point's z
+// Light may count from below a shading point's z.
+#define EK_HAS_BOTH_SIDES (EK_HAS_transmission | EK_HAS_clearcoat_normal)
 
 /// Density with which light_sample chooses a direction towards the constant environment.
 /// probability  of choosing the environment (Frame.environment.w)

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Light paths are aimed at targets (lights/light_path.h).
 //
-// A start has coordinates in the unit square of the target that it is aimed at: those from which warp_cone makes its
-// direction within the target's cone, or warp_disk its place on the target's disc. What a trial has learned about starts
-// (shared/light_target.h) moves the coordinates as guide_warp does, and makes some targets more likely than others. The
-// density of a start is a sum over all targets, of which several may lie in the same direction.
+// A start has coordinates in the unit square of the target that it is aimed at: those from which
+// warp_cone makes its direction within the target's cone, or warp_disk its place on the target's
+// disc. What a trial has learned about starts (shared/light_target.h) moves the coordinates as
+// guide_warp does, and makes some targets more likely than others. The density of a start is a sum
+// over all targets, of which several may lie in the same direction.
 #ifndef EK_LIGHT_AIM_H
 #define EK_LIGHT_AIM_H
 #include "lights/light.h"
@@ -27,7 +28,8 @@ EK_FN float target_weight(LightData lights, uint target, uint kind) {
   return aim_is_learned(lights) ? words[EK_AIM_CELL(target, kind) * EK_GUIDE_CELL_WORDS + AIM_weight] : 1.0f;
 }
 
-/// Density of a start over that of an even one. x, y: the point of the unit disc to which warp_disk maps the start's coordinates
+/// Density of a start over that of an even one. x, y: the point of the unit disc to which warp_disk
+/// maps the start's coordinates
 EK_FN vf target_density(LightData lights, uint target, uint kind, vf x, vf y) {
   const float weight = target_weight(lights, target, kind);
   if (!aim_is_learned(lights)) return (vf)(weight);
@@ -75,8 +77,8 @@ EK_FN vf cone_density(LightData lights, uint i, v3 from, v3 dir, vf cone) {
   return target_density(lights, i, EK_AIM_CONE, div_f(within.x, stretch), div_f(within.y, stretch));
 }
 
-/// Sum, over the targets that a ray meets, of the density of its start over that of an even one (cone_density): their number, if nothing
-/// was learned. dir: unit
+/// Sum, over the targets that a ray meets, of the density of its start over that of an even one
+/// (cone_density): their number, if nothing was learned. dir: unit
 EK_FN vf density_of_targets_met(constant Frame* frame, LightData lights, v3 from, v3 dir) {
   vf met = (vf)(0.0f);
   for (uint i = 0; i < frame->light_target_count; ++i) {
@@ -126,7 +128,8 @@ EK_FN vf parallel_pdf_m2(constant Frame* frame, LightData lights, v3 p, v3 dir) 
   return met * div_f(EK_INV_PI, all_target_radii2(frame, lights));
 }
 
-/// Moves the coordinates of a start as its target's table has it. returns the name of the start (shared/light_target.h)
+/// Moves the coordinates of a start as its target's table has it. returns the name of the start
+/// (shared/light_target.h)
 EK_FN vu aim_warp(LightData lights, vu target, uint kind, v3* numbers) {
   guide_warp(target_table(lights, target, kind), &numbers->y, &numbers->z);
   const vu row = AS_U(TO_I(numbers->y * (float)EK_GUIDE_ROWS)), column = AS_U(TO_I(numbers->z * (float)EK_GUIDE_ROWS));

@@ -1,23 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light paths: where they start, and how likely. Light that passes glass or leaves a mirror before it first meets a
-// rough surface is found by paths from the camera only if they hit the lamp by chance, and never if that has no extent.
-// So light paths start from lamps towards glass and mirrors, go on, and are joined to the camera where they meet rough
-// surfaces (stages/light/shade.h).
+// Light paths: where they start, and how likely. Light that passes glass or leaves a mirror before
+// it first meets a rough surface is found by paths from the camera only if they hit the lamp by
+// chance, and never if that has no extent. So light paths start from lamps towards glass and
+// mirrors, go on, and are joined to the camera where they meet rough surfaces
+// (stages/light/shade.h).
 //
-// They are aimed at the targets (lights/light_aim.h): balls that hold all surfaces which reflect or refract exactly, or nearly so: the
-// latter are called rough targets, and differ in that paths from the camera find light at them by light sampling, too. Unless a trial
-// has learned where starts bring most, a direction is chosen uniformly within the cones of all targets, so its density is the number of
-// cones that it lies in over the sum of their solid angles; parallel light, and light of an environment map from a direction that is
-// chosen as light sampling does, starts from the balls' discs likewise. A light path ends if the first surface that it meets is no
-// target, and paths from the camera keep all light that reaches them from a lamp by way of such a surface: that may lie within a target's
-// cone or outside of all, and only a look at every target would tell.
+// They are aimed at the targets (lights/light_aim.h): balls that hold all surfaces which reflect or
+// refract exactly, or nearly so: the latter are called rough targets, and differ in that paths from
+// the camera find light at them by light sampling, too. Unless a trial has learned where starts
+// bring most, a direction is chosen uniformly within the cones of all targets, so its density is
+// the number of cones that it lies in over the sum of their solid angles; parallel light, and light
+// of an environment map from a direction that is chosen as light sampling does, starts from the
+// balls' discs likewise. A light path ends if the first surface that it meets is no target, and
+// paths from the camera keep all light that reaches them from a lamp by way of such a surface: that
+// may lie within a target's cone or outside of all, and only a look at every target would tell.
 #ifndef EK_LIGHT_PATH_H
 #define EK_LIGHT_PATH_H
 #include "lights/emission.h"
 
-// With photons (EK_HAS_merging) a camera path's word light_ratio says by negative values what the path has met.
+// With photons (EK_HAS_merging) a camera path's word light_ratio says by negative values what the
+// path has met.
 #define EK_SEEN_EXACTLY (-1.0f)  // exact reflection and refraction alone: it gathers photons (stages/shade/merge.h)
-#define EK_MERGED (-2.0f)  // a surface where it gathered: what it finds behind that comes by photons, if light paths bring it
+// A surface where it gathered: what it finds behind that comes by photons, if light paths bring it.
+#define EK_MERGED (-2.0f)
 
 #if EK_HAS_light_paths
 #include "lights/light_aim.h"
@@ -25,9 +30,10 @@
 #include "lights/shape_light.h"
 #endif
 
-// The lowest bits of the word light_ratio are a mark, and the number itself is not exact to them: of a camera path, the solid angle
-// of the lobe of the rough target that it leaves, or that it was reflected or refracted exactly by a surface that is no target; of a light
-// path that has just started, emission_aim of its light, or that it is parallel.
+// The lowest bits of the word light_ratio are a mark, and the number itself is not exact to them:
+// of a camera path, the solid angle of the lobe of the rough target that it leaves, or that it was
+// reflected or refracted exactly by a surface that is no target; of a light path that has just
+// started, emission_aim of its light, or that it is parallel.
 #define EK_RATIO_MARK 31u
 #define EK_NO_TARGET_MARK EK_RATIO_MARK
 #define EK_LEAST_LOBE_EXPONENT (127u - 25u)  // of 2^-25 sr; smaller ones are as good as none
@@ -36,10 +42,11 @@ EK_FN vi is_marked(vf ratio) { return (AS_U(ratio) & EK_RATIO_MARK) != 0u; }
 EK_FN vf marked(vf ratio, vu mark) { return AS_F((AS_U(ratio) & ~EK_RATIO_MARK) | mark); }
 EK_FN vf unmarked(vf ratio) { return marked(ratio, (vu)(0u)); }
 
-/// The solid angle, sr, that stands for a lobe of GGX where camera paths and light paths share light: 4 pi alpha^2 over the cosine of the
-/// light with the surface. At normal incidence this is the inverse of the largest density of reflected directions [Walter et al. 2007,
-/// eq. 14 and 33]; that it grows towards grazing incidence is a choice. All ways to find a light take the same value, so it changes the
-/// variance and not the mean.
+/// The solid angle, sr, that stands for a lobe of GGX where camera paths and light paths share
+/// light: 4 pi alpha^2 over the cosine of the light with the surface. At normal incidence this is
+/// the inverse of the largest density of reflected directions [Walter et al. 2007, eq. 14 and 33];
+/// that it grows towards grazing incidence is a choice. All ways to find a light take the same
+/// value, so it changes the variance and not the mean.
 EK_FN vf lobe_sr(vf ggx_alpha, vf cosine) {
   const vf alpha = max_f(ggx_alpha, (vf)(EK_SMOOTH_ALPHA));
   return div_f((4.0f * EK_PI) * (alpha * alpha), max_f(cosine, (vf)(0x1p-10f)));
@@ -67,8 +74,8 @@ EK_FN vi is_shared_ratio(vf ratio) {
   return EK_HAS_merging ? (ratio > 0.0f) | (unmarked(ratio) == EK_MERGED) : ratio > 0.0f;
 }
 
-/// Weight of light that a camera path finds, by the balance heuristic: 1 / (1 + ratio * density). After a merge (EK_MERGED) it is 0 for
-/// light that light paths bring, else 1.
+/// Weight of light that a camera path finds, by the balance heuristic: 1 / (1 + ratio * density).
+/// After a merge (EK_MERGED) it is 0 for light that light paths bring, else 1.
 /// marked_ratio  PathState.light_ratio; density: of a light path's start there
 EK_FN vf camera_share(vf marked_ratio, vf density) {
   const vf ratio = unmarked(marked_ratio), share = div_f(1.0f, 1.0f + ratio * density);
@@ -76,8 +83,9 @@ EK_FN vf camera_share(vf marked_ratio, vf density) {
   return ratio == EK_MERGED ? (density > 0.0f ? (vf)(0.0f) : (vf)(1.0f)) : share;
 }
 
-/// Mask of the camera paths that share the light of a lamp, or of an environment, that they meet: those that come from a target, where
-/// exact ones have no mark, and rough ones have one. pdf, ratio: as PathState's
+/// Mask of the camera paths that share the light of a lamp, or of an environment, that they meet:
+/// those that come from a target, where exact ones have no mark, and rough ones have one. pdf,
+/// ratio: as PathState's
 EK_FN vi is_shared_scattering(vf pdf, vf ratio) {
   const vi is_exact = pdf < 0.0f, has_mark = is_marked(ratio);
   return (EK_ROUGH_TARGETS ? is_exact ^ has_mark : is_exact & !has_mark) & is_shared_ratio(ratio);
@@ -89,17 +97,18 @@ EK_FN vf start_pdf_m2(LightData lights, vu light, vf pdf_of_point) {
   return gather_f(lights.light_paths.emission_pdf, light) * pdf_of_point;
 }
 
-/// Density of a light path that leaves an emissive surface: per m^2 of it, per sr, and over the cosine there.
-/// The throughput of a light path is the radiance over this.
+/// Density of a light path that leaves an emissive surface: per m^2 of it, per sr, and over the
+/// cosine there. The throughput of a light path is the radiance over this.
 /// start_m2  start_pdf_m2; dir: away from the surface, unit
 EK_FN vf emission_density(constant Frame* frame, LightData lights, vf start_m2, v3 p, v3 n_geom, v3 dir) {
   const vf cosine = abs_f(dot3(n_geom, dir));
   return cosine > 0.0f ? div_f(start_m2 * target_pdf_sr(frame, lights, p, dir), cosine) : (vf)(0.0f);
 }
 
-// Camera paths and light paths share light by the density of a start in the mean: as if all points of the light saw the targets
-// as its middle does (emission_aim), and as many targets overlapped everywhere. For the density itself camera paths would have to
-// look at all targets; any number that both ways agree on will do.
+// Camera paths and light paths share light by the density of a start in the mean: as if all points
+// of the light saw the targets as its middle does (emission_aim), and as many targets overlapped
+// everywhere. For the density itself camera paths would have to look at all targets; any number
+// that both ways agree on will do.
 EK_FN vf mean_target_pdf_sr(LightData lights, vu light) {
   return gather_f(lights.light_paths.emission_aim, light + 1u);
 }
@@ -112,18 +121,22 @@ EK_FN vf mean_emission_density(LightData lights, vu light, vf start_m2, v3 n_geo
 }
 
 #if EK_HAS_environment_map
-/// The same of light from an environment map: per m^2 across it, and per sr. pdf: of light sampling for its direction, per sr
+/// The same of light from an environment map: per m^2 across it, and per sr. pdf: of light sampling
+/// for its direction, per sr
 EK_FN vf mean_environment_density(constant Frame* frame, LightData lights, vf pdf) {
   return pdf * (frame->environment_emission * mean_parallel_pdf_m2(lights));
 }
 #endif
 
-// At rough targets paths from the camera find light in two ways: as light paths do, by sampling the lobe, and by sampling the
-// light. The latter is worth its density times the lobe's solid angle. That stands for the lobe's true value, which one of
-// both ways would not know; what they agree on leaves the picture without a bias.
+// At rough targets paths from the camera find light in two ways: as light paths do, by sampling the
+// lobe, and by sampling the light. The latter is worth its density times the lobe's solid angle.
+// That stands for the lobe's true value, which one of both ways would not know; what they agree on
+// leaves the picture without a bias.
 
-/// The density of light paths by way of a rough target over that of all camera paths, which sample the lobe or the light.
-/// density  over that of camera paths that sample the lobe; pdf_sr: of light sampling from there, for which
+/// The density of light paths by way of a rough target over that of all camera paths, which sample
+/// the lobe or the light.
+/// density  over that of camera paths that sample the lobe; pdf_sr: of light sampling from there,
+///          for which
 /// start_pdf_m2 stands in; sr: of the lobe, 0 at surfaces that reflect or refract exactly
 EK_FN vf density_beside_sampling(vf density, vf pdf_sr, vf sr) { return div_f(density, 1.0f + pdf_sr * sr); }
 
@@ -135,8 +148,9 @@ EK_FN vf density_beside_sampling_of_point(vf pdf_m2, vf sr) { return div_f(pdf_m
 typedef struct {
   v3 origin, dir;   // world; dir: unit
   v3 throughput;    // radiance over density; 0: no light goes there
-  // In the mean (mean_emission_density, mean_environment_density); of a light without extent minus that of the direction, 1/sr, or of the
-  // place, 1/m^2. The lowest bits are a mark (EK_RATIO_MARK).
+  // In the mean (mean_emission_density, mean_environment_density); of a light without extent minus
+  // that of the direction, 1/sr, or of the place, 1/m^2. The lowest bits are a mark
+  // (EK_RATIO_MARK).
   vf density;
   vu triangle;      // that it leaves, or EK_NO_HIT
   vu group;         // light group of the light
@@ -150,7 +164,8 @@ EK_FN v3 before_scene(constant Frame* frame, v3 p, v3 dir) {
   return sub3(p, scale3(dir, 4.0f * sqrt_f(dot3(half_extent, half_extent))));
 }
 
-/// Makes the start that of parallel light, or of light from an environment map, in the lanes of such light.
+/// Makes the start that of parallel light, or of light from an environment map, in the lanes of
+/// such light.
 /// returns the density over which the light is divided
 EK_FN vf emit_distant(constant Frame* frame, LightData lights, LightSample light, vu index, v3 numbers,
                       EmittedPath* path) {

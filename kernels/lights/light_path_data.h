@@ -7,8 +7,8 @@
 typedef struct {
   global const AliasEntry* emission_alias_table;  // of lights, by which light paths start
   global const float* emission_pdf;    // of each light: probability of that, of triangles per m^2
-  // In the mean over the targets, the density of a light path per m^2 across parallel light; then of each light, per sr of its
-  // direction from the light's middle, a power of two.
+  // In the mean over the targets, the density of a light path per m^2 across parallel light; then
+  // of each light, per sr of its direction from the light's middle, a power of two.
   global const float* emission_aim;
   global const float4* light_targets;  // light_path.h
   global const uint* light_aim;        // light_aim.h

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Samples of emissive triangles that move while the shutter is open (EK_HAS_moving_surface), at the sample's time, with the density that
-// hits on them have (surface/motion.h). Lights without extent move in lights/punctual.h.
+// Samples of emissive triangles that move while the shutter is open (EK_HAS_moving_surface), at the
+// sample's time, with the density that hits on them have (surface/motion.h). Lights without extent
+// move in lights/punctual.h.
 #ifndef EK_MOVING_LIGHT_H
 #define EK_MOVING_LIGHT_H
 #include "lights/light.h"

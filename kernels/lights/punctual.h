@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lights without extent [KHR_lights_punctual], which no ray can meet: their attenuation, and where they are if they move.
+// Lights without extent [KHR_lights_punctual], which no ray can meet: their attenuation, and where
+// they are if they move.
 #ifndef EK_LIGHT_PUNCTUAL_H
 #define EK_LIGHT_PUNCTUAL_H
 #include "lanes/math.h"
@@ -35,7 +36,8 @@ EK_FN vf spot_falloff(vf cos_axis, vf cone_cos, vf cone_scale) {
 }
 
 #if EK_HAS_moving_light
-/// Lights without extent at a time of the shutter's. Between two poses they go straight, and their axes turn.
+/// Lights without extent at a time of the shutter's. Between two poses they go straight, and their
+/// axes turn.
 /// poses  frame->pose_steps + 1 records of each that moves
 /// moves  mask of those; `triangle` is 1 + their first record
 EK_FN LightLanes moved_punctual(constant Frame* frame, global const Light* poses, LightLanes r, vi moves, vf time) {

@@ -4,8 +4,9 @@
 #define EK_LIGHT_SHAPE_FLAT_H
 #include "lights/shape_view.h"
 
-// Visible areas of the faces at -1 and at +1 on each axis, up to a common factor. L is the matrix that takes the world to the shape's
-// space (rows x, y, z of ShapeRecord): whatever it is, the faces across x have an area in proportion to the length of its row x.
+// Visible areas of the faces at -1 and at +1 on each axis, up to a common factor. L is the matrix
+// that takes the world to the shape's space (rows x, y, z of ShapeRecord): whatever it is, the
+// faces across x have an area in proportion to the length of its row x.
 typedef struct {
   v3 low, high;
   vf all;

@@ -6,7 +6,8 @@
 // turns, stretches or shears. Each kind that can be sampled has, in shape_sphere.h, shape_flat.h or
 // shape_round.h,
 //   <name>_choose   a point of the surface, and its part (shapes/shape.h)
-//   <name>_density  of the direction towards a point, whether it was chosen or a scattered ray met it
+//   <name>_density  of the direction towards a point, whether it was chosen or a scattered ray met
+//                   it
 // and a line in each of the two functions below.
 #ifndef EK_LIGHT_SHAPE_H
 #define EK_LIGHT_SHAPE_H
@@ -54,7 +55,8 @@ EK_FN vf shape_density(ShapeView view, ShapePoint at, vf part) {
   return density;
 }
 
-/// The rows of the transform to own space, scaled alike by a power of two, which is exact: they may be as small as 2^-60.
+/// The rows of the transform to own space, scaled alike by a power of two, which is exact: they may
+/// be as small as 2^-60.
 typedef struct {
   v3 x, y, z;
   vf scale;
@@ -110,7 +112,8 @@ EK_FN_ONCE vf shape_light_pdf_sr(SceneData scene, TriangleLanes corners, ShapeLi
 }
 
 #if EK_HAS_light_paths
-/// A shape as seen from a point from where all of its surface is chosen by its area: the middle of a solid, and for a plane a point off it.
+/// A shape as seen from a point from where all of its surface is chosen by its area: the middle of
+/// a solid, and for a plane a point off it.
 EK_FN ShapeView shape_view_of_all(ShapeLanes s, ShapeWorldLanes world) {
   const vf zero = (vf)(0.0f), off = s.kind == (uint)SHAPE_plane ? (vf)(1.0f) : zero;
   const ShapeView view = {s, V3(zero, off, zero), V3(zero, zero, zero), world.part_m2};
@@ -118,7 +121,8 @@ EK_FN ShapeView shape_view_of_all(ShapeLanes s, ShapeWorldLanes world) {
 }
 
 /// Density per m^2 with which shape_choose finds a point with the view of all.
-/// The transform takes an area of own space with the unit normal n to one |L^T n| / |det L| times as large.
+/// The transform takes an area of own space with the unit normal n to one |L^T n| / |det L| times
+/// as large.
 EK_FN vf shape_pdf_m2(ShapeView view, ShapePoint at, vf part) {
   const v3 d = sub3(at.p, view.from);
   const vf out2 = dot3(at.out, at.out), distance2 = dot3(d, d);
@@ -129,7 +133,8 @@ EK_FN vf shape_pdf_m2(ShapeView view, ShapePoint at, vf part) {
 }
 #endif
 
-/// Puts a sample's point on its shape, with its error and normal, and in b1 and b2 the texture coordinates.
+/// Puts a sample's point on its shape, with its error and normal, and in b1 and b2 the texture
+/// coordinates.
 EK_FN LightSample shape_sample_at(LightSample sample, ShapePoint point, Surface surface) {
   const vi is_shape = sample.is_shape;
   sample.p = select3(is_shape, surface.p, sample.p);
@@ -177,7 +182,8 @@ EK_FN_ONCE LightSample shape_light_sample(SceneData scene, LightSample sample, v
 }
 
 #if EK_HAS_light_paths
-/// Completes a sample from which a light path starts, if its light is a shape: a point of all of its surface, and pdf_of_point.
+/// Completes a sample from which a light path starts, if its light is a shape: a point of all of
+/// its surface, and pdf_of_point.
 EK_FN_ONCE LightSample shape_light_start(SceneData scene, LightSample sample) {
   if (!ANY(sample.is_shape)) return sample;
   const SampledShape shape = sampled_shape(scene, sample);

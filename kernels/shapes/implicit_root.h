@@ -125,9 +125,9 @@ EK_FN vf implicit_narrow(uint formula, ImplicitRay ray, vi live, vf a, vf b) {
   return best;
 }
 
-/// The first root of f on the ray, of the lanes of `live`; in those of `culls`, the first one before
-/// which f is not negative. until: what lies farther, in lengths of
-/// d from ImplicitRay.o, is of no use
+/// The first root of f on the ray, of the lanes of `live`; in those of `culls`, the first one
+/// before which f is not negative. until: what lies farther, in lengths of d from ImplicitRay.o, is
+/// of no use
 EK_FN ImplicitRoot implicit_root(uint formula, ImplicitRay ray, vi live, vi culls, vf until) {
   const vf unit = ray.length * 0x1p-24f, resolution = ray.reach * 0x1p-23f, pad = implicit_pad(ray);
   vi open = live & (ray.length > 0.0f), crosses = (vi)(0);

@@ -2,9 +2,9 @@
 // Shapes: surfaces that are not triangles. Each kind has a header <name>.h, which works in the
 // shape's own space, where it has a standard size, and provides
 //   <name>_span   the interval of a line that is inside
-//   <name>_point  the point of the surface next to a given point, with the direction outwards and the texture coordinates there. It
-//                 keeps a distance of `slack` to edges, because its error could put it beyond the
-//                 surface that begins there.
+//   <name>_point  the point of the surface next to a given point, with the direction outwards and
+//                 the texture coordinates there. It keeps a distance of `slack` to edges, because
+//                 its error could put it beyond the surface that begins there.
 // and has a line in each of the two functions below. A kind that is no convex solid adds its roots
 // to shape_root's (implicit.h).
 #ifndef EK_SHAPE_H

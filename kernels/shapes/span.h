@@ -20,7 +20,9 @@ typedef struct {
 typedef struct {
   v3 p;          // on the surface, to some roundings
   v3 out;        // outwards, of any length
-  v3 right;      // along the surface, where u grows and v stays; zero at a pole. From outside, v grows clockwise of it by a quarter turn.
+  // Along the surface, where u grows and v stays; zero at a pole. From outside, v grows clockwise
+  // of it by a quarter turn.
+  v3 right;
   vf u, v;       // texture coordinates
   vf clearance;  // how far p may be off the surface, along `out` in own space, besides roundings
 } ShapePoint;

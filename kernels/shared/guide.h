@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What host and kernels agree on about path guiding: the table that guides (kernels/guide/guide.h), and the log from
-// which it is learned (kernels/guide/path_log.h).
+// What host and kernels agree on about path guiding: the table that guides (kernels/guide/guide.h),
+// and the log from which it is learned (kernels/guide/path_log.h).
 #ifndef EK_SHARED_GUIDE_H
 #define EK_SHARED_GUIDE_H
 #include "shared/abi.h"
@@ -17,14 +17,16 @@ EK_BEGIN
 enum {
   GUIDE_bounds = 0,                                  // sum of the weights before each row, 16 bits
   GUIDE_weights = GUIDE_bounds + EK_GUIDE_ROWS / 2,  // of the bins, row by row
-  // Floats: mean radiance that arrives from surfaces and from lights that scattered rays meet, and from lights that are
-  // sampled, both weighted by the cosine, so that times the albedo it is what leaves.
+  // Floats: mean radiance that arrives from surfaces and from lights that scattered rays meet, and
+  // from lights that are sampled, both weighted by the cosine, so that times the albedo it is what
+  // leaves.
   GUIDE_indirect = GUIDE_weights + EK_GUIDE_BINS / 2,
   GUIDE_direct,
   EK_GUIDE_CELL_WORDS = 40                           // padded
 };
 
-// Words of a logged vertex. Light is counted as it arrives at the vertex before: without what a medium absorbs on the way there.
+// Words of a logged vertex. Light is counted as it arrives at the vertex before: without what a
+// medium absorbs on the way there.
 enum {
   LOG_info,      // LOG_HIT ... and the bin of the direction in which the path goes on
   LOG_xy,        // key of its cell (CellKey)
@@ -40,7 +42,8 @@ enum {
 #define LOG_BIN_MASK 63u
 #define LOG_HIT 64u        // the path met a surface
 #define LOG_MISS 128u      // it left the scene
-#define LOG_GUIDED 256u    // the guide's tables apply to this vertex: its surface is diffuse, at least in part, or glossy
+// The guide's tables apply to this vertex: its surface is diffuse, at least in part, or glossy.
+#define LOG_GUIDED 256u
 #define LOG_CONTINUES 512u // the path goes on
 
 EK_END

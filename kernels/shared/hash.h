@@ -4,8 +4,8 @@
 #define EK_SHARED_HASH_H
 
 /// Defines with FN, for words U:
-///   hash_bits   a bijection that flips every output bit with probability near 1/2 for each flipped input bit [Wellons 2018,
-///               hash-prospector; constants of its low-bias table]
+///   hash_bits   a bijection that flips every output bit with probability near 1/2 for each flipped
+///               input bit [Wellons 2018, hash-prospector; constants of its low-bias table]
 ///   cell_hash   the word that places the key of a cell in a hash table (CellKey)
 ///   cell_tag    the one that recognises it there, which is never 0
 #define EK_DEFINE_HASHES(FN, U)                                                    \

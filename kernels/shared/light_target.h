@@ -4,7 +4,8 @@
 #define EK_SHARED_LIGHT_TARGET_H
 #include "shared/guide.h"
 
-// Flags of MaterialRecord. Light paths are aimed at surfaces that reflect or refract exactly, or nearly so: the latter are rough targets.
+// Flags of MaterialRecord. Light paths are aimed at surfaces that reflect or refract exactly, or
+// nearly so: the latter are rough targets.
 #define EK_MATERIAL_ROUGH_TARGET 0x2000u
 #define EK_MATERIAL_LIGHT_TARGET 0x4000u  // both kinds
 
@@ -15,17 +16,21 @@
 
 #define EK_LIGHT_TARGETS_MOST 64  // balls
 
-// Light paths start in two ways: from a point, within the cone of a target, and as parallel light, on the disc of one.
+// Light paths start in two ways: from a point, within the cone of a target, and as parallel light,
+// on the disc of one.
 #define EK_AIM_CONE 0u
 #define EK_AIM_DISC 1u
-// Buffer light_aim, of cells as path guiding has them (shared/guide.h): the first has AIM_flags alone, and then each target has one for
-// its cone and one for its disc, whose bins are those of the start's coordinates in the unit square.
+// Buffer light_aim, of cells as path guiding has them (shared/guide.h): the first has AIM_flags
+// alone, and then each target has one for its cone and one for its disc, whose bins are those of
+// the start's coordinates in the unit square.
 #define EK_AIM_CELL(target, kind) ((target)*2u + (kind) + 1u)
 EK_BEGIN
 enum {
   AIM_flags = 0,  // of the first cell
   AIM_weight =
-      GUIDE_indirect  // float, of the others: probability of the target, over that of one of its size that nothing was learned of
+      // Float, of the others: probability of the target, over that of one of its size that nothing
+      // was learned of.
+      GUIDE_indirect
 };
 EK_END
 #define EK_AIM_LEARNED 1u       // a trial has filled the cells; without this flag the buffer has the flags alone

@@ -25,7 +25,8 @@ EK_BEGIN
 #define EK_TRIANGLE_GROUP_SHIFT 2    // six bits: light group of its emission
 #define EK_TRIANGLE_CLASS_SHIFT 8    // two bits: SHADING_*, the shading that it takes
 #define EK_TRIANGLE_LIGHT_SHIFT 10   // the rest: index of its light, if the light tree has it
-#define SHADING_FLAT_LAMBERT 0u   // exactly Lambert and the same all over: no textures, colours, shading normals or layers
+// Exactly Lambert and the same all over: no textures, colours, shading normals or layers.
+#define SHADING_FLAT_LAMBERT 0u
 #define SHADING_OPAQUE 1u         // any other surface that transmits no light
 #define SHADING_TRANSMISSIVE 2u   // of the lobe `transmission`
 #define SHADING_CLASS_COUNT 3u
@@ -53,7 +54,8 @@ EK_BEGIN
 
 // Light.flags
 #define EK_LIGHT_DOUBLE_SIDED 1u
-#define EK_SHAPE_SHOWS_INSIDE 1u  // its inside emits and is seen through its openings, so light sampling chooses among all of it
+// Its inside emits and is seen through its openings, so light sampling chooses among all of it.
+#define EK_SHAPE_SHOWS_INSIDE 1u
 #define EK_LIGHT_QUAD 2u  // the parallelogram with sides p1 - p0 and p2 - p0: `triangle` and the
                                   // one after it
 #define EK_LIGHT_GROUP_SHIFT 8    // the rest: its light group

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// All stages of light paths, for CPU devices.   From: chunks of the unit's light paths.   To: the list of splats.
+// All stages of light paths, for CPU devices.
+// From: chunks of the unit's light paths.   To: the list of splats.
 // Works as paths.cl does.
 #include "stages/intersect.h"
 #include "stages/light/generate.h"

@@ -20,7 +20,8 @@ EK_FN MapValue escaped_radiance(StageContext stage, LightData lights, uint slot)
 }
 
 #if EK_HAS_light_paths & EK_HAS_environment_map
-/// Share of the environment's light that camera paths bring, as emission_share of shade/light_ratio.h.
+/// Share of the environment's light that camera paths bring, as emission_share of
+/// shade/light_ratio.h.
 /// pdf_sr  of light sampling for the path's direction
 EK_FN vf environment_share(StageContext stage, LightData lights, const PathState* path, vi escaped, vf pdf_sr) {
   const vi shared = escaped & is_shared_scattering(path->pdf, path->light_ratio);
@@ -72,8 +73,8 @@ EK_FN_ONCE void stage_miss(StageContext stage, SceneData scene, LightData lights
                                 .radiance = scale3(mul3(beta, sky.radiance), weight)};
     film_add_light(stage.film, depth - 1, light);
 #if EK_HAS_path_log
-    // The constant environment is sampled as scattered rays are, so the two densities without guiding differ by the
-    // probability that the environment is chosen.
+    // The constant environment is sampled as scattered rays are, so the two densities without
+    // guiding differ by the probability that the environment is chosen.
     const vf sampled = EK_HAS_environment_map ? sky.pdf : path.plain_pdf * stage.frame->environment.w;
     vf plain = (vf)(1.0f);
     if (EK_HAS_next_event & EK_HAS_bsdf_emission) plain = power_heuristic(path.plain_pdf, sampled * EK_LIGHT_MEAN);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stage `pack_sums`, on GPU devices.   From: film sums.   To: the same sums, packed for their way to the host
-// (shared/packed_sums.h). A work-item owns a pixel.
+// Stage `pack_sums`, on GPU devices.
+// From: film sums.   To: the same sums, packed for their way to the host (shared/packed_sums.h).
+// A work-item owns a pixel.
 #include "film/packed_sums.h"
 #include "stages/wavefront.h"
 

@@ -23,8 +23,9 @@ enum {
 // Slots between two words: a power of two would put all words of a path into one cache set.
 #define EK_STRIDE (EK_CHUNK + EK_PAD)
 
-/// Number of the sample of a pixel that each path of a unit has: path / pixel_count, rounded down. Several lanes divide as floats: their
-/// units have less than 2^23 paths, for which the error is less than half a step.
+/// Number of the sample of a pixel that each path of a unit has: path / pixel_count, rounded down.
+/// Several lanes divide as floats: their units have less than 2^23 paths, for which the error is
+/// less than half a step.
 EK_FN vu sample_of_path(vu path, uint pixel_count) {
 #if EK_WIDTH == 1
   return path / pixel_count;
@@ -73,8 +74,8 @@ EK_FN void state_pack_v3(global uint* state, uint word, uint slot, Packing keep,
   state_pack_vf(state, word + 2, slot, keep, a.z);
 }
 
-/// The state that a path carries from one depth to the next; fields that this program does not need are
-/// neither loaded nor stored.
+/// The state that a path carries from one depth to the next; fields that this program does not need
+/// are neither loaded nor stored.
 typedef struct {
 #define EK_FIELD(type, name, needed) type name;
 #define EK_DEPTH_FIELD(type, name, needed)
@@ -100,7 +101,8 @@ EK_FN void path_store(global uint* state, uint slot, Packing keep, PathState pat
 #include "shared/path_state.def"
 }
 
-/// As path_store, of paths that go on. On queues a path keeps its slot, and there is all that it keeps from its start.
+/// As path_store, of paths that go on. On queues a path keeps its slot, and there is all that it
+/// keeps from its start.
 EK_FN void path_store_next(global uint* state, uint slot, Packing keep, PathState path) {
 #if !EK_CHUNKED
 #define EK_START_FIELD(type, name, needed)

@@ -11,10 +11,11 @@ EK_FN vf conductor_normal_reflectance(vf eta, vf k) {
   return div_f(below * below + k * k, above * above + k * k);
 }
 
-/// The material of a ray caster. EIKON_materials_phong stays as it is. The highlight of any other material has the colour that the surface
-/// reflects at normal incidence. Its shininess, from 1 to 2^16, makes it as wide as the lobe of the material's roughness:
-/// 2 / alpha^2 - 2 [Walter et al. 2007, section 5.2]. The base is the base colour times 1 - metallic. Nothing is transmitted, so glass
-/// looks like plastic.
+/// The material of a ray caster. EIKON_materials_phong stays as it is. The highlight of any other
+/// material has the colour that the surface reflects at normal incidence. Its shininess, from 1 to
+/// 2^16, makes it as wide as the lobe of the material's roughness: 2 / alpha^2 - 2 [Walter et al.
+/// 2007, section 5.2]. The base is the base colour times 1 - metallic. Nothing is transmitted, so
+/// glass looks like plastic.
 EK_FN MaterialLanes raycast_material(MaterialLanes m) {
   const vu phong = (vu)(1u << LOBE_phong);
   const vi own = m.lobes == phong, lambert = m.lobes == (1u << LOBE_diffuse), metal = m.lobes == (1u << LOBE_conductor);

@@ -3,8 +3,8 @@
 //                  To: the paths of the next depth, and pending shadow rays.
 // Shades a vector of hits at a time, in steps that stand in stages/shade/, a file each: load the
 // hit, find its material, add its emission, sample lights, scatter, and let roulette decide which
-// paths go on. CPU devices pack the survivors in place; GPU devices leave that to stage compact, and
-// sample lights last: what only the next path needs is stored by then and takes no registers.
+// paths go on. CPU devices pack the survivors in place; GPU devices leave that to stage compact,
+// and sample lights last: what only the next path needs is stored by then and takes no registers.
 #ifndef EK_STAGE_SHADE_H
 #define EK_STAGE_SHADE_H
 #include "surface/dispersion.h"
@@ -51,7 +51,8 @@ EK_FN vi shade_may_go_on(const ShadeContext* c, const MediumInterface* interface
          (max_depth == 0 ? (vi)(-1) : (vu)(c->depth) - interface->null_interface_count < (vu)(max_depth));
 }
 
-/// Density with which light sampling would have chosen a path's direction towards the constant environment, per sr.
+/// Density with which light sampling would have chosen a path's direction towards the constant
+/// environment, per sr.
 EK_FN vf next_environment_pdf(const ShadeContext* c, const ShadingPoint* point, const ScatteredPath* next) {
   const vf pdf = environment_pdf_sr(c->stage.frame->environment.w, next->wi.z, point->both_sides);
 #if EK_HAS_GUIDE
@@ -141,7 +142,7 @@ EK_FN_ONCE Survivors stage_shade(StageContext stage, SceneData scene, LightData 
 #if EK_HAS_path_log
     log_vertex_end(c, &hit, &point, &next);
 #endif
-    // On chunks, [slot, slot + width) has been read and survivors.paths <= slot, so whole vectors may be written there.
+    // On chunks whole vectors may be written, as [slot, slot + width) has been read already.
     const Packing keep = packing(next.survives);
     path_store_next(stage.state, EK_CHUNKED ? survivors.paths : walk.slot, keep, shade_next_path(c, &point, &next));
 #if !EK_CHUNKED

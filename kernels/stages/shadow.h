@@ -8,7 +8,8 @@
 #include "stages/wavefront.h"
 #include "traverse/traverse.h"
 
-/// Traces the shadow rays in `slot` and those behind it; any_result tells which of them meet something.
+/// Traces the shadow rays in `slot` and those behind it; any_result tells which of them meet
+/// something.
 /// count  rays, at most EK_ROWS; coherent: they start together
 EK_FN void shadow_cast(StageContext stage, Geometry geometry, Tracing* tracing, uint slot, uint count, int coherent) {
   tracing_clear(tracing);
@@ -33,7 +34,8 @@ EK_FN void shadow_cast(StageContext stage, Geometry geometry, Tracing* tracing, 
   tracing_finish(stage.frame, geometry, tracing, 1);
 }
 
-/// Traces the shadow rays in a slot and those behind it, and adds what they carry to the film where nothing is in the way.
+/// Traces the shadow rays in a slot and those behind it, and adds what they carry to the film where
+/// nothing is in the way.
 EK_FN void shadow_trace(StageContext stage, Geometry geometry, Tracing* tracing, uint slot, uint count, uint depth) {
   shadow_cast(stage, geometry, tracing, slot, count, depth == 1);
   for (uint row = 0; row < count; row += EK_WIDTH) {

@@ -7,8 +7,8 @@
 //   slot, queues hold the slots of the paths that go on (compact.cl), and a work-item serves one
 //   entry of a queue.
 // counts holds four words per chunk: [depth & 1] paths at this depth, [(depth + 1) & 1] paths at
-// the next, [2] pending shadow rays, [3] with EK_SHADOW_PATHS the paths that have some. Without chunks
-// the words of shared/queue_counts.h follow.
+// the next, [2] pending shadow rays, [3] with EK_SHADOW_PATHS the paths that have some. Without
+// chunks the words of shared/queue_counts.h follow.
 #ifndef EK_WAVEFRONT_H
 #define EK_WAVEFRONT_H
 #include "film/slots.h"
@@ -43,8 +43,8 @@ typedef struct {
 #define EK_ENTRY ((uint)get_global_id(0))  // of the queue
 #endif
 
-// 1 where a path may have several pending shadow rays and stays in its slot: then queue_shadow holds
-// its slot once, and one work-item traces all its rays.
+// 1 where a path may have several pending shadow rays and stays in its slot: then queue_shadow
+// holds its slot once, and one work-item traces all its rays.
 #define EK_SHADOW_PATHS (!EK_CHUNKED & (EK_LIGHT_SAMPLES > 1))
 
 /// First word of this work-item's chunk.
@@ -59,7 +59,8 @@ EK_FN uint own_count(uint count) { return EK_CHUNKED ? count : EK_ENTRY < count 
 EK_FN uint depth_count(global const uint* counts, uint depth) {
   return own_count(counts[4 * EK_CHUNK_INDEX + (depth & 1)]);
 }
-/// The number of shadow rays of this work-item's chunk; without chunks 1 if it has an entry of queue_shadow, else 0.
+/// The number of shadow rays of this work-item's chunk; without chunks 1 if it has an entry of
+/// queue_shadow, else 0.
 EK_FN uint shadow_count(global const uint* counts) {
   return own_count(counts[4 * EK_CHUNK_INDEX + (EK_SHADOW_PATHS ? 3 : 2)]);
 }
@@ -72,7 +73,8 @@ EK_FN global const uint* depth_queue(global const uint* queue_rays, uint depth) 
 EK_FN global uint* counts_of_depth(global uint* counts, uint depth) {
   return counts + 4 + EK_DEPTH_WORDS * (depth & (EK_COUNT_DEPTHS - 1u));
 }
-// 1 where the scene has surfaces of several shading classes, each of which has a queue (hit_queues.h).
+// 1 where the scene has surfaces of several shading classes, each of which has a queue
+// (hit_queues.h).
 #define EK_HIT_QUEUES (EK_HAS_flat_lambert_hits + EK_HAS_opaque_hits + EK_HAS_transmissive_hits > 1)
 /// Clears the numbers of hits that stage sort_hits adds to.
 EK_FN void clear_hit_counts(global uint* counts, uint depth) {
@@ -107,7 +109,8 @@ EK_FN void store_survivors(global uint* counts, uint depth, Survivors survivors)
 #endif
 }
 
-/// Clears the counts that stages of this depth and the next add to, once they are kept for the host.
+/// Clears the counts that stages of this depth and the next add to, once they are kept for the
+/// host.
 EK_FN void clear_counts(global uint* counts, uint depth) {
 #if !EK_CHUNKED
   if (get_global_id(0) == 0) {

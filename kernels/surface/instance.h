@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The transformation of the corners, normals and tangents of a mesh that has many instances and is
 // stored once: each is that of the instance, in the world. The host compiles this file too
-// (host/gltf/geometry/instance_transform.cpp), for meshes that could be stored once but are stored for each instance after
-// all. The operations and their order are the same, so every number of a hit has the same bits either way.
+// (host/gltf/geometry/instance_transform.cpp), for meshes that could be stored once but are stored
+// for each instance after all. The operations and their order are the same, so every number of a
+// hit has the same bits either way.
 #ifndef EK_INSTANCE_H
 #define EK_INSTANCE_H
 #include "lanes/math.h"
@@ -23,8 +24,8 @@ EK_FN v3 unit_or_zero(v3 a) {
   return select3(some, unit, V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f)));
 }
 
-/// A normal of the mesh, unit or zero, in the world. The matrix of cofactors takes it there: it is the inverse transpose times the
-/// determinant, and is defined for flat instances too.
+/// A normal of the mesh, unit or zero, in the world. The matrix of cofactors takes it there: it is
+/// the inverse transpose times the determinant, and is defined for flat instances too.
 /// facing  as in InstanceRecord: -1 where the matrix mirrors, else 1
 EK_FN v3 instance_normal(InstanceTransform m, vf facing, v3 n) {
   const v3 turned = V3(dot3(cross3(m.y, m.z), n), dot3(cross3(m.z, m.x), n), dot3(cross3(m.x, m.y), n));

@@ -221,7 +221,8 @@ EK_FN void add_details(SceneData scene, vu index, HitAttributes at, vi front, Hi
 }
 
 #if !EK_CHUNKED
-/// The record with what a kernel for hits of one class knows of it beforehand, so that code for all else vanishes.
+/// The record with what a kernel for hits of one class knows of it beforehand, so that code for all
+/// else vanishes.
 EK_FN MaterialRecordLanes record_of_class(SceneData scene, MaterialRecordLanes r) {
   const uint lobe_bits = 0xffu, transmits = 1u << LOBE_transmission;
   if (shades_only(scene, SHADING_TRANSMISSIVE)) r.flags = (r.flags & ~lobe_bits) | transmits;

@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // Triangles that move while the shutter is open (EK_HAS_moving_surface).
 //
-// The shutter's time has some equal steps. Of each triangle that moves there is a record for each pose, at the ends of
-// the steps: corners, and with them normals and tangents. Between two poses a corner goes straight, and this file alone
-// says where it is. So rays, shading and light sampling find the same bits of it, and so do triangles that share it. Every
-// coordinate stays between those of the two poses, however it is rounded: the box around the corners of all poses holds
-// the triangle at any time, and the interval rule (traverse/ray.h) needs no more.
-//   motion  word 0: number of steps; word 1: place of the word of triangle 0, behind which lie those of the others: 0 if it
-//           stands still, else 1 + its first record among the poses; words from 2 on: bit i is 1 if triangle i moves, so that
-//           those which do not, of many, need few words
-// A record of a pose is that of the triangle at rest, with other corners, and twice the area at rest as the x of its normal.
+// The shutter's time has some equal steps. Of each triangle that moves there is a record for each
+// pose, at the ends of the steps: corners, and with them normals and tangents. Between two poses a
+// corner goes straight, and this file alone says where it is. So rays, shading and light sampling
+// find the same bits of it, and so do triangles that share it. Every coordinate stays between those
+// of the two poses, however it is rounded: the box around the corners of all poses holds the
+// triangle at any time, and the interval rule (traverse/ray.h) needs no more.
+//   motion  word 0: number of steps; word 1: place of the word of triangle 0, behind which lie
+//           those of the others: 0 if it stands still, else 1 + its first record among the poses;
+//           words from 2 on: bit i is 1 if triangle i moves, so that those which do not, of many,
+//           need few words
+// A record of a pose is that of the triangle at rest, with other corners, and twice the area at
+// rest as the x of its normal.
 #ifndef EK_MOTION_H
 #define EK_MOTION_H
 #include "lanes/pose_step.h"
@@ -17,9 +20,10 @@
 #include "surface/instance.h"
 
 #if EK_HAS_moving_surface
-// Coordinates on the way from a to b = a + way, of any number of corners at once. share: of the way, [0, EK_MOST_OF_STEP]
-// No rounding takes them past b. With u = 2^-24 the difference and its product with the share are each at most 1 + u times
-// too large, and (1 - 4u) (1 + u)^2 < 1. So the product is at most b - a, and what a sum of at most b rounds to is at most b.
+// Coordinates on the way from a to b = a + way, of any number of corners at once. share: of the
+// way, [0, EK_MOST_OF_STEP] No rounding takes them past b. With u = 2^-24 the difference and its
+// product with the share are each at most 1 + u times too large, and (1 - 4u) (1 + u)^2 < 1. So the
+// product is at most b - a, and what a sum of at most b rounds to is at most b.
 #define EK_MOVED_BY(F, name) \
   EK_FN F name(F a, F way, F share) { return a + way * share; }
 EK_MOVED_BY(float, moved_by_one)
@@ -56,7 +60,8 @@ EK_FN vf twice_area(v3 p0, v3 p1, v3 p2) {
   return sqrt_f(dot3(scaled, scaled)) * AS_F(AS_U(size) & 0x7f800000u);
 }
 
-/// The triangles of a span in place of those of `t`, of which those that move are not read; without their normals.
+/// The triangles of a span in place of those of `t`, of which those that move are not read; without
+/// their normals.
 EK_FN TriangleLanes moved_corners(SceneData scene, PoseSpan span, TriangleLanes t, vf* area_ratio) {
   const TriangleLanes a = load_triangle(scene.pose_triangles, span.before);
   const TriangleLanes b = load_triangle(scene.pose_triangles, span.before + 1u);

@@ -54,7 +54,8 @@ typedef struct {
 EK_FN int shades_only(SceneData scene, uint k) { return scene.absent_classes == (((1u << SHADING_CLASS_COUNT) - 1u) & ~(1u << k)); }
 #endif
 
-// 1 where rays of this kind may pass backs: those that light paths cast to the camera ask for any hit.
+// 1 where rays of this kind may pass backs: those that light paths cast to the camera ask for any
+// hit.
 #define EK_CULLS(any_hit) (EK_HAS_culling & (!(any_hit) | EK_HAS_light_paths))
 #if EK_HAS_culling
 #define EK_CULLED(scene) ((scene).culled)

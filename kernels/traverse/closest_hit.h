@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The hit of a ray and the rule that chooses it, written once and included by hit.h for
-//   EK_ONE_RAY 1  one ray        -> Hit, no_hit(), is_closer(), keep_given_up()
-//   EK_ONE_RAY 0  EK_WIDTH rays  -> HitLanes, no_hit_lanes(), is_closer_lanes(), keep_given_up_lanes()
+//   EK_ONE_RAY 1  one ray: Hit, no_hit(), is_closer(), keep_given_up()
+//   EK_ONE_RAY 0  EK_WIDTH rays: HitLanes, and the same functions with the ending _lanes
 #if EK_ONE_RAY
 #define HIT_TYPE Hit
 #define HIT(name) name

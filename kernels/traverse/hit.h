@@ -23,8 +23,9 @@
 #define EK_ONE_RAY 0
 #include "traverse/closest_hit.h"
 
-// A tree, laid out as the header of its layout says, and the scene. Without opacity a traversal reads of the scene only triangles and,
-// with the features that need them, shapes, instances, poses and diagnostics (EK_GEOMETRY_ARGUMENTS).
+// A tree, laid out as the header of its layout says, and the scene. Without opacity a traversal
+// reads of the scene only triangles and, with the features that need them, shapes, instances, poses
+// and diagnostics (EK_GEOMETRY_ARGUMENTS).
 typedef struct {
   global const uint* nodes;
   global const uint* leaves;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tree of the triangles that move (EK_HAS_moving_surface), which rays go through after that of the others. Which comes
-// first changes no hit (closest_hit.h). Words of `motion_nodes`:
+// The tree of the triangles that move (EK_HAS_moving_surface), which rays go through after that of
+// the others. Which comes first changes no hit (closest_hit.h). Words of `motion_nodes`:
 //   0-5   box around all these triangles at any time: lo x y z, hi x y z
 //   6     1 if there is something that stands still
-//   16-   nodes, as an index of which 0 is the root: of layout bvh8 or bvh16 over time (wide/wide.h) if the other tree has
-//         that layout, else of bvh2 (gpu/bvh2.h)
+//   16-   nodes, as an index of which 0 is the root: of layout bvh8 or bvh16 over time
+//         (wide/wide.h) if the other tree has that layout, else of bvh2 (gpu/bvh2.h)
 // With --accel none there is no such tree: all triangles are in one list.
 #ifndef EK_TRAVERSE_MOTION_TREE_H
 #define EK_TRAVERSE_MOTION_TREE_H
@@ -27,7 +27,8 @@ EK_FN Geometry moving_geometry(Geometry geometry) {
 /// 1 if the tree of what stands still has anything in it.
 EK_FN int some_stands_still(Geometry geometry) { return EK_LAYOUT_none || geometry.scene.motion_nodes[6] != 0u; }
 
-/// Returns where rays enter the box around all that moves, by the interval rule (ray.h). *end: is set to where they leave it
+/// Returns where rays enter the box around all that moves, by the interval rule (ray.h). *end: is
+/// set to where they leave it
 EK_FN vf moving_interval(Geometry geometry, RayLanes ray, vf* end) {
   global const float* box = (global const float*)geometry.scene.motion_nodes;
   const vi falls_x = ray.rcp_d.x < 0.0f, falls_y = ray.rcp_d.y < 0.0f, falls_z = ray.rcp_d.z < 0.0f;

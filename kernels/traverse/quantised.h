@@ -4,7 +4,8 @@
 // host/accel/layouts/quantised.cpp chose each byte by this very expression so that the box contains
 // the child's. So by the interval rule (ray.h) no child is missed, and hits keep their bits.
 //   words 0-2 of a node  the origin x y z, floats
-//   word 3               exponents of x, y, z, a byte each from the lowest; the layout says what the highest byte is
+//   word 3               exponents of x, y, z, a byte each from the lowest; the layout says what
+//                        the highest byte is
 #ifndef EK_QUANTISED_H
 #define EK_QUANTISED_H
 #include "traverse/hit.h"

@@ -58,8 +58,9 @@ EK_FN ShapeInterval shape_interval_permuted(RayLanes* ray, v3 lo, v3 hi) {
 }
 
 /// The first place where each ray meets its shape and does not pass it. Reads p_o, sx, sy,
-/// p_rcp_d.z, axis and key of the ray, and o_near.x and o_far.x for implicit surfaces. live: lanes that count, all of whose intervals within the shape's box are
-/// not empty; id: the shape's record in scene.triangles; until: hits behind that t are of no use
+/// p_rcp_d.z, axis and key of the ray, and o_near.x and o_far.x for implicit surfaces. live: lanes
+/// that count, all of whose intervals within the shape's box are not empty; id: the shape's record
+/// in scene.triangles; until: hits behind that t are of no use
 // In the shape's space, by the depth on the ray's longest axis: the direction (sx, sy, 1) is what
 // triangles are tested with.
 EK_FN ShapeHit shape_hit_within(SceneData scene, const RayLanes* ray, vi live, vu id, vu shape, ShapeLanes s, ShapeInterval within,
@@ -109,13 +110,14 @@ EK_FN ShapeHit shape_hit_within(SceneData scene, const RayLanes* ray, vi live, v
     if (!(EK_HAS_opacity | EK_HAS_culling) || !ANY(open)) break;
   }
   const vf t = found.t * abs_f(ray->p_rcp_d.z);
-  found.t = min_f(max_f(t, within.begin), within.end) + 0.0f;  // 0 instead of -0: the order of the axes decides which of them an interval ends in
+  // 0 instead of -0: the order of the axes decides which of them an interval ends in.
+  found.t = min_f(max_f(t, within.begin), within.end) + 0.0f;
   found.gave_up = found.gave_up * abs_f(ray->p_rcp_d.z);
   return found;
 }
 
-/// As shape_hit_within, of rays of which it is not known whether they meet the box from lo to hi. It also reads rcp_d, o_near and o_far
-/// of the ray.
+/// As shape_hit_within, of rays of which it is not known whether they meet the box from lo to hi.
+/// It also reads rcp_d, o_near and o_far of the ray.
 EK_FN ShapeHit shape_hit(SceneData scene, const RayLanes* ray, vi live, vu id, vu shape, v3 lo, v3 hi, vf until) {
   const ShapeInterval within = shape_interval(ray, lo, hi);
   return shape_hit_within(scene, ray, live & (within.begin <= within.end), id, shape, load_shape(scene.shapes, shape), within,

@@ -164,7 +164,8 @@ EK_FN void tracing_store(HitTable* hits, uint row, HitLanes hit) {
 }
 
 #if USE_WIDE && EK_WIDTH > 1
-/// The hits of a packet that was traced; lanes without a ray hit nothing. any_hit: a triangle stands for whatever is in the way
+/// The hits of a packet that was traced; lanes without a ray hit nothing. any_hit: a triangle
+/// stands for whatever is in the way
 EK_FN HitLanes packet_result(const Packet* p, const int any_hit) {
   HitLanes hit = p->hit;
   if (any_hit) hit.triangle = (p->valid & (hit.t < 0.0f)) ? (vu)(0u) : hit.triangle;

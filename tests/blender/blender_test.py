@@ -364,7 +364,8 @@ class Passes(AddOn):
         theirs = passes("CYCLES", ["Depth", "Normal", "Position"])
         seen = theirs["Depth"][..., 0] < 1e9
         self.assertTrue(0.5 < seen.mean() < 1)
-        # Cycles has one sample's depth, eikon the mean over the pixel: they differ where it holds an edge.
+        # Cycles has one sample's depth, eikon the mean over the pixel: they differ where it holds
+        # an edge.
         depth = np.abs(ours["Depth"][..., 0] / theirs["Depth"][..., 0] - 1)[seen]
         self.assertLess(np.median(depth), 0.01)
         self.assertGreater(np.mean(ours["Depth"][..., 0][~seen] > 1e9), 0.9)

@@ -264,7 +264,7 @@ TEST(BadInput, kernels_that_do_not_compile) {
     ASSERT_TRUE(contains(outcome.err, "eikon: ")) << outcome.err;
     const auto ours = outcome.err.begin() + static_cast<std::ptrdiff_t>(outcome.err.find("eikon: "));
     EXPECT_EQ(std::count(ours, outcome.err.end(), '\n'), 1) << outcome.err;
-    // Before it PoCL says how many errors there were: in the text without comments, and in the whole one.
+    // Before it PoCL counts the errors, in the text without comments and in the whole one.
     EXPECT_LE(std::count(outcome.err.begin(), ours, '\n'), 2) << "it was tried again: " << outcome.err;
     EXPECT_TRUE(contains(outcome.err, "shade.h:")) << outcome.err;
     EXPECT_EQ(outcome.err.find("do not compile"), outcome.err.rfind("do not compile")) << outcome.err;
@@ -317,7 +317,7 @@ TEST(BadInput, a_full_disk_leaves_no_half_written_file) {
   ASSERT_TRUE(succeeded(here.eikon(noisy)));  // what it compiles is kept before the limit falls
   ASSERT_GT(std::filesystem::file_size(here / "out.exr"), 12288U * 512U);
   std::filesystem::remove(here / "out.exr");
-  // No file may be longer than 12288 blocks of 512 bytes: the shell's way to a disk with 6 MiB left, which the driver needs itself.
+  // No file may be longer than 12288 blocks of 512 bytes: 6 MiB, which the driver needs itself.
   const Outcome outcome = here.eikon(noisy, "ulimit -f 12288; trap '' XFSZ;");
   EXPECT_EQ(outcome.code, kInput) << outcome.err;
   EXPECT_EQ(outcome.err.rfind("eikon: ", 0), 0U) << outcome.err;

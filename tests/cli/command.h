@@ -33,7 +33,8 @@ class Workplace {
  public:
   [[nodiscard]] std::filesystem::path operator/(const std::string& name) const { return folder_ / name; }
 
-  /// Runs `eikon arguments`; `before` is shell text in front of it: variables, `ulimit ...;`, oclgrind.
+  /// Runs `eikon arguments`; `before` is shell text in front of it: variables, `ulimit ...;`,
+  /// oclgrind.
   Outcome eikon(const std::string& arguments, const std::string& before = "") const {
     return wait(start(arguments, before));
   }

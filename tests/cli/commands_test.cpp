@@ -147,7 +147,8 @@ TEST(Commands, selftest_trusts_this_driver) {
 
 TEST(Commands, selftest_tells_a_driver_that_is_wrong) {
   const Workplace here;
-  // The kernels of this binary, not of the source tree: that may be newer, or change while it is copied.
+  // The kernels of this binary, not of the source tree: that may be newer, or change while it is
+  // copied.
   for (const auto& [name, text] : embedded_kernels()) {
     std::filesystem::create_directories((here / "kernels" / name).parent_path());
     here.write("kernels/" + name, text);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `eikon merge`: parts of one image, however they were cut, give the bits of the whole one, in any order and grouping.
+// `eikon merge`: parts of one image, however they were cut, give the bits of the whole one, in any
+// order and grouping.
 #include <sys/resource.h>
 #include <sys/wait.h>
 

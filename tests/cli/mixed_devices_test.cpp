@@ -35,7 +35,8 @@ TEST(MixedDevices, N5_three_of_unequal_speed_give_the_bits_of_one) {
   const std::string before = "POCL_DEVICES='pthread pthread' POCL_MAX_PTHREAD_COUNT=2";
   const Outcome there = here.eikon("devices", before);
   if (!contains(there.out, "\n1: pthread")) GTEST_SKIP() << "PoCL's device cannot be had twice: " << there.out;
-  const std::string image = "render " + scene("cornell_spheres.gltf") + " --size 96x64 --spp 768 --quiet";  // long enough to begin late
+  // Long enough to begin late.
+  const std::string image = "render " + scene("cornell_spheres.gltf") + " --size 96x64 --spp 768 --quiet";
   ASSERT_TRUE(succeeded(here.eikon(image + " -o one.exr --devices 0", before)));
   for (const char* faults : {"device:1:slow=2;device:2:slow=4", "device:0:slow=4;device:1:slow=2;device:2:gpu"}) {
     const Mixed mixed = render_mixed(here, image, "0:2x1,1:1x1", before + " EIKON_FAULT='" + faults + "'");
@@ -56,9 +57,10 @@ TEST(MixedDevices, N5_three_of_two_drivers_give_the_bits_of_one) {
   const Outcome there = here.eikon("devices", before);
   if (!contains(there.out, "Oclgrind Simulator") || !contains(there.out, "pthread"))
     GTEST_SKIP() << "Oclgrind cannot be had beside PoCL: " << there.out;
-  // The two quick ones have work for seconds, so that the simulator compiles and does units meanwhile. They are slowed down, by
-  // sleeping, but not to its speed: what the machine loses once would be slept over as many times. A device that hangs is given up
-  // long before the test is. On a machine so busy that the simulator comes too late, they get more work.
+  // The two quick ones have work for seconds, so that the simulator compiles and does units
+  // meanwhile. They are slowed down, by sleeping, but not to its speed: what the machine loses once
+  // would be slept over as many times. A device that hangs is given up long before the test is. On
+  // a machine so busy that the simulator comes too late, they get more work.
   const std::string slow = before + " EIKON_WATCHDOG=4 EIKON_FAULT='device:1:slow=20;device:2:slow=20'";
   Mixed mixed;
   for (const char* spp : {"2048", "8192", "32768"}) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shapes that make no sense: one line that names the node and the parameter, exit code 3, nothing written.
+// Shapes that make no sense: one line that names the node and the parameter, exit code 3, nothing
+// written.
 #include <tuple>
 
 #include "cli/command.h"

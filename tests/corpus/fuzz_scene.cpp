@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Entry point of libFuzzer [https://llvm.org/docs/LibFuzzer.html] for the reader of scenes: each input is a .gltf or .glb file that
-// is read, packed and given every tree. An exit code that eikon has for bad files is a right answer; a crash, a sanitizer's report,
-// an internal error, a leak, or a run out of time or memory (libFuzzer's -timeout and -rss_limit_mb) is a fault.
+// Entry point of libFuzzer [https://llvm.org/docs/LibFuzzer.html] for the reader of scenes: each
+// input is a .gltf or .glb file that is read, packed and given every tree. An exit code that eikon
+// has for bad files is a right answer; a crash, a sanitizer's report, an internal error, a leak, or
+// a run out of time or memory (libFuzzer's -timeout and -rss_limit_mb) is a fault.
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>

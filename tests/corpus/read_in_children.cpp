@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads many scenes in child processes. Starting a program with its libraries under sanitizers takes several times as long as
-// judging a damaged scene, and so does looking for leaks at its end. So the program starts once, and a child reads several scenes.
-//   stdin   a line for each child: file for its stdout, file for its stderr, SECONDS that a scene may take, scenes; tabs between them
-//   stdout  a line for each when it has ended: how (wait status of wait4(), or -1: killed for want of time), seconds, peak in KB
-// Behind what a scene says on stderr the child writes a zero byte, its exit code and seconds, and another zero byte.
-// Seconds are of processor time, so that it does not matter what else the machine does. A child that waits for something
-// instead of computing is killed when kPatience times as many have passed.
+// Reads many scenes in child processes. Starting a program with its libraries under sanitizers
+// takes several times as long as judging a damaged scene, and so does looking for leaks at its end.
+// So the program starts once, and a child reads several scenes.
+//   stdin   a line for each child: file for its stdout, file for its stderr, SECONDS that a scene
+//           may take, scenes; tabs between them
+//   stdout  a line for each when it has ended: how (wait status of wait4(), or -1: killed for want
+//           of time), seconds, peak in KB
+// Behind what a scene says on stderr the child writes a zero byte, its exit code and seconds, and
+// another zero byte. Seconds are of processor time, so that it does not matter what else the
+// machine does. A child that waits for something instead of computing is killed when kPatience
+// times as many have passed.
 #include <fcntl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `eikon info SCENE` and `eikon render SCENE` do with a file before they ask for a device: read, pack, build every tree.
+// What `eikon info SCENE` and `eikon render SCENE` do with a file before they ask for a device:
+// read, pack, build every tree.
 #include <cstdio>
 #include <exception>
 #include <new>

@@ -59,8 +59,8 @@ def queue(name):
     ours = [line.split("|") for line in slurm.run("squeue", "-h", "-r", "-o", "%T|%j|%r|%F_%K").splitlines()]
     ours = [line for line in ours if line[1].endswith(f"-{name}")]
     for state, _, reason, job in ours:
-        # Slurm lets a task wait for two minutes before it starts it again. Three seconds are enough for what the old one
-        # still has to say, which would else count as said by the new one.
+        # Slurm lets a task wait for two minutes before it starts it again. Three seconds are enough
+        # for what the old one still has to say, which would else count as said by the new one.
         if state == "PENDING" and reason == "BeginTime":
             began = begin_times.setdefault(job, time.monotonic())
             if time.monotonic() - began > 3:
@@ -179,8 +179,9 @@ class A_Refusals(FarmTest):
 
 class B_LimitBegins(FarmTest):
     def test_a_task_that_will_run_into_its_limit_begins(self):
-        # Slurm looks every 30 s for tasks to warn, and may warn this one in vain before its script runs. The script warns itself
-        # after half of the minute. Until then its device is so slow that no processor comes to the end.
+        # Slurm looks every 30 s for tasks to warn, and may warn this one in vain before its script
+        # runs. The script warns itself after half of the minute. Until then its device is so slow
+        # that no processor comes to the end.
         slow = self.program("eikon_limit", '[ "$1$SLURM_RESTART_COUNT" = batch ]', "export EIKON_FAULT=device:0:slow=60")
         code, said, wrong = submit("limit", CORNELL, "-o", "limit.exr", "--size", "128x128", "--spp", LIMIT_SPP, "--parts", 1,
                                    "--minutes", 1, "--signal", 30, "--exclude", "n2", "--checkpoint-every", 0.5, program=slow)
@@ -275,7 +276,8 @@ class C_Whole(FarmTest):
         samples = [event["samples"] for event in events if event["state"] in ("done", "interrupted")]
         self.assertEqual((len(samples), sum(samples)), (3, 1200 * 64 * 64), "samples were lost, or rendered twice")
         self.same_bits(space / "half.exr", CORNELL, *words)
-        # A merge that was killed after it had written the picture, and before all else that was asked for.
+        # A merge that was killed after it had written the picture, and before all else that was
+        # asked for.
         self.assertEqual(farm("status", space / "half")[0], 0)
         (parts / "picture.done").unlink()
         code, said, _ = farm("status", space / "half")
@@ -410,7 +412,8 @@ class F_FullDisk(FarmTest):
                                    program=slow)
         self.assertEqual(code, 0, said + wrong)
         self.process("farm")
-        # Without a buffer: closing a file whose last write was cut short would try, and fail, to write the rest.
+        # Without a buffer: closing a file whose last write was cut short would try, and fail, to
+        # write the rest.
         with open(disk / "filler", "wb", buffering=0) as filler:
             try:
                 while True:

@@ -71,7 +71,8 @@ class ModelOfGpus(unittest.TestCase):
         # One warp on its own: so many clocks for each instruction.
         self.assertAlmostEqual(made.run_s("shade", 32, 1000), 1000 * 42 / H100.hertz)
         self.assertAlmostEqual(made.run_s("shadow", 32, 1000), 1000 * 12 / H100.hertz)
-        # A full device: 32 warps of an SM, 8 of a scheduler, of which each issues in one clock of 42.
+        # A full device: 32 warps of an SM, 8 of a scheduler, of which each issues in one clock of
+        # 42.
         full = 1e8
         self.assertAlmostEqual(made.run_s("shade", full, 1000) / (full * 1000 / (132 * 128 * H100.hertz * 8 / 42)), 1)
         self.assertAlmostEqual(made.run_s("shade", full, 1, 1e12), 1e12 / H100.dram)

@@ -51,8 +51,10 @@ Defines default_defines() {
 /// The devices and programs of this process. Closed before main returns: drivers do not outlive it.
 struct Opened : testing::Environment {
   std::vector<std::unique_ptr<Device>> devices;
-  std::map<std::tuple<const Device*, std::size_t, Defines, bool, std::string>, Program> programs;  // by a hash of their text
-  // Blocks of megabytes come and go with each run: kept, they cost no system calls and no pages that are cleared.
+  // By a hash of their text.
+  std::map<std::tuple<const Device*, std::size_t, Defines, bool, std::string>, Program> programs;
+  // Blocks of megabytes come and go with each run: kept, they cost no system calls and no pages
+  // that are cleared.
   void SetUp() override {
     mallopt(M_MMAP_THRESHOLD, 1 << 30);
     mallopt(M_TRIM_THRESHOLD, INT_MAX);
@@ -93,7 +95,8 @@ const Program& program_of(Device& device, const HashedText& text, const ProgramO
 
 namespace {
 
-/// The item of `items` that is number i of `asked` of them, evenly chosen; the last one where there are fewer.
+/// The item of `items` that is number i of `asked` of them, evenly chosen; the last one where there
+/// are fewer.
 std::size_t chosen(std::size_t i, std::size_t asked, std::size_t items) {
   return asked < items ? i * items / asked : std::min(i, items - 1);
 }
@@ -163,8 +166,9 @@ std::vector<Words> Probe::run(const std::string& name, const std::vector<Words>&
       defines["EK_WIDTH"] = std::to_string(variant.width);
       defines.emplace("EK_PROBE_" + subject_, "1");
       if (variant.portable) defines.emplace("EK_PORTABLE", "1");
-      // Functions stay functions, as far as the compiler likes: the same arithmetic, since nothing is contracted across them, and
-      // a program of all lobes compiles in a fraction of the time. Whole images are of programs as devices are given them.
+      // Functions stay functions, as far as the compiler likes: the same arithmetic, since nothing
+      // is contracted across them, and a program of all lobes compiles in a fraction of the time.
+      // Whole images are of programs as devices are given them.
       defines.emplace("EK_OUT_OF_LINE", "1");
       const std::size_t asked = first.empty() ? padded : std::min(padded, compared_);
       if (asked != given) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs production kernel functions on arrays. A probe is a kernel of probes.cl that includes the production headers and
-// applies their functions to every item of its inputs.
+// Runs production kernel functions on arrays. A probe is a kernel of probes.cl that includes the
+// production headers and applies their functions to every item of its inputs.
 #pragma once
 #include <bit>
 #include <cstdint>
@@ -32,11 +32,12 @@ struct HashedText {
   std::size_t hash;
 };
 
-/// The program of `text` on one of devices(), built when it is first asked for: a driver that has it compiled already takes half
-/// a second to find that out.
+/// The program of `text` on one of devices(), built when it is first asked for: a driver that has
+/// it compiled already takes half a second to find that out.
 const Program& program_of(Device& device, const HashedText& text, const ProgramOptions& options);
 
-/// What one probe is given: buffers and values by the names of its kernel's arguments, and defines of the program.
+/// What one probe is given: buffers and values by the names of its kernel's arguments, and defines
+/// of the program.
 class Probe {
  public:
   /// subject  which part of probes.cl is compiled: EK_PROBE_<subject>
@@ -44,8 +45,8 @@ class Probe {
 
   Probe& define(const std::string& name, const std::string& value);
   Probe& value(const std::string& name, std::uint32_t word);
-  /// So many items, evenly among all, are asked of every device and lane width; the others, which statistics need but the comparison
-  /// of bits does not, of the first alone.
+  /// So many items, evenly among all, are asked of every device and lane width; the others, which
+  /// statistics need but the comparison of bits does not, of the first alone.
   Probe& compare(std::size_t items);
   /// Text behind that of probes.cl: functions that are written at run time.
   Probe& append(std::string text);
@@ -65,8 +66,9 @@ class Probe {
         .buffer("light_aim", Words(1));
   }
 
-  /// Runs kernel `name` over all items on the first device, and over those of compare() on every usable one at lane widths 1, 8 and 16,
-  /// with and without the processor's own instructions, and expects the same bits from all of them.
+  /// Runs kernel `name` over all items on the first device, and over those of compare() on every
+  /// usable one at lane widths 1, 8 and 16, with and without the processor's own instructions, and
+  /// expects the same bits from all of them.
   /// inputs   arrays of one length; item i of input k is word i of array k
   /// outputs  how many words the probe writes per item
   /// returns  the outputs of the first device, in the same form

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Production functions applied to arrays (probe.h). Item i of input k is word k * count + i of in_words, and the same
-// for outputs. A program holds the probes of one subject. Bodies are functions of their own: a kernel's own code takes three times
-// as long to compile (EK_FN_ONCE).
+// Production functions applied to arrays (probe.h). Item i of input k is word k * count + i of
+// in_words, and the same for outputs. A program holds the probes of one subject. Bodies are
+// functions of their own: a kernel's own code takes three times as long to compile (EK_FN_ONCE).
 #include "lanes/compact.h"
 #include "lanes/math.h"
 
@@ -28,7 +28,7 @@ EK_FN void out_3(global uint* out_words, uint count, uint item, uint k, v3 a) {
 #define OUT_3(k, a) out_3(out_words, count, item, (k), (a))
 
 #ifdef EK_PROBE_lanes
-// Keeps the words whose flag is set, in order, as a chunked stage does; the rest of the output is 0.
+// Keeps the words whose flag is set, in order, as a chunked stage does. The rest is 0.
 PROBE(probe_compaction) {
   if (item != 0) return;
   uint kept = 0;
@@ -230,7 +230,7 @@ kernel void probe_material(PROBE_ARGUMENTS, EK_SCENE_ARGUMENTS) {
   probe_material_run(PROBE_PASSED, scene);
 }
 
-// Inputs: medium that the ray is in, distance; whether it hit a front and was transmitted; material that it hit.
+// Inputs: medium of the ray, distance; whether it hit a front and was transmitted; material.
 EK_FN_ONCE void probe_medium_run(PROBE_ITEMS, SceneData scene) {
   OUT_3(0, transmittance(medium_absorption(scene, IN_U(0)), IN_F(1)));
   const HitAttributes at = hit_attributes(scene, (vu)(0u), (vf)(0.0f), (vf)(0.0f));
@@ -299,7 +299,7 @@ PROBE(probe_terminator) { OUT_F(0, terminator_factor(IN_F(0), IN_F(1), IN_F(2)))
 #include "surface/material.h"
 EK_FN_ONCE BsdfValue probe_evaluate(MaterialLanes m, v3 wo, v3 wi) { return bsdf_evaluate(m, wo, wi); }
 
-// Inputs: material, wo, wi, u, v, choice, whether the front was hit, normal of the coat, alpha along x or -1, the surface's own normal.
+// Inputs: material, wo, wi, u, v, choice, front or not, coat's normal, alpha along x or -1, n_geom.
 EK_FN_ONCE void probe_bsdf_run(PROBE_ITEMS, SceneData scene) {
   const HitAttributes at = hit_attributes(scene, (vu)(0u), (vf)(0.0f), (vf)(0.0f));
   const HitMaterial hit = hit_material(scene, IN_U(0), at, IN_U(10) != 0u);
@@ -377,7 +377,7 @@ kernel void probe_alias_table(PROBE_ARGUMENTS, global const AliasEntry* light_al
   probe_alias_table_run(PROBE_PASSED, light_alias_table, light_count);
 }
 
-// Inputs: two random words, shading point, its error per axis, its normal, whether light from below counts, two more words.
+// Inputs: two random words, point, its error per axis, normal, whether below counts, two words.
 EK_FN_ONCE void probe_light_run(PROBE_ITEMS, constant Frame* frame, LightData data) {
   const v3 p = IN_3(2);
   const v3 p_error = IN_3(5);
@@ -454,7 +454,7 @@ kernel void probe_environment_map(PROBE_ARGUMENTS, constant Frame* frame, global
 #include "traverse/ray.h"
 #include "traverse/shape_hit.h"
 
-// Where the ray from p along dir first meets the only shape, and the density with which light sampling chooses that.
+// Where the ray from p along dir first meets the only shape, and light sampling's density of that.
 EK_FN vi probe_met(constant Frame* frame, SceneData scene, v3 p, v3 dir, v3* point, v3* normal, vf* pdf) {
   const OpacityKey key = {(vu)(0u), (vu)(0u)};
   const RayLanes ray = ray_lanes(frame, p, dir, key);
@@ -555,7 +555,7 @@ kernel void probe_implicit_values(PROBE_ARGUMENTS, uint formula) {
   probe_implicit_values_run(PROBE_PASSED, formula);
 }
 
-// Inputs: a ray, and the bounds. Where there is no hit only the first word and the last mean something.
+// Inputs: a ray, and the bounds. Without a hit only the first word and the last count.
 EK_FN_ONCE void probe_implicit_hits_run(PROBE_ITEMS, uint formula) {
   const ImplicitRay ray = implicit_ray(IN_3(0), IN_3(3), IN_3(6), IN_3(9));
   const ImplicitRoot root = implicit_root(formula, ray, (vi)(ALL_LANES), (vi)(0), EK_INFINITY);

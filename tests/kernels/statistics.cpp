@@ -7,8 +7,9 @@
 namespace eikon::test {
 namespace {
 
-// Upper tail of the chi-square distribution: the regularised incomplete gamma function, by its series below the mean
-// and by Lentz's continued fraction above [Press et al., Numerical Recipes, section 6.2].
+// Upper tail of the chi-square distribution: the regularised incomplete gamma function, by its
+// series below the mean and by Lentz's continued fraction above [Press et al., Numerical Recipes,
+// section 6.2].
 double upper_gamma(double a, double x) {
   if (x <= 0) return 1;
   const double scale = std::exp(-x + a * std::log(x) - std::lgamma(a));

@@ -19,7 +19,7 @@ namespace eikon::test {
 
 inline constexpr double kPi = std::numbers::pi;
 
-// ---- shapes ---------------------------------------------------------------------------------------------------------
+// ---- shapes -------------------------------------------------------------------------------------
 
 inline void add_triangle(Primitive& primitive, glm::vec3 a, glm::vec3 b, glm::vec3 c) {
   for (const glm::vec3& corner : {a, b, c}) {
@@ -28,7 +28,8 @@ inline void add_triangle(Primitive& primitive, glm::vec3 a, glm::vec3 b, glm::ve
   }
 }
 
-/// Closed sphere of rings x 2 rings quads, fronts outside or inside; with normals of its own if `smooth`.
+/// Closed sphere of rings x 2 rings quads, fronts outside or inside; with normals of its own if
+/// `smooth`.
 inline Primitive sphere(glm::vec3 center, float radius, std::uint32_t rings, bool inwards, bool smooth = false) {
   Primitive primitive;
   const std::uint32_t columns = 2 * rings;
@@ -55,10 +56,10 @@ inline Primitive sphere(glm::vec3 center, float radius, std::uint32_t rings, boo
   return primitive;
 }
 
-// ---- scenes ---------------------------------------------------------------------------------------------------------
+// ---- scenes -------------------------------------------------------------------------------------
 
-/// Every feature at once: area light, sky, normals of its own, a turned and stretched node, coloured walls; mostly indirect
-/// light in places.
+/// Every feature at once: area light, sky, normals of its own, a turned and stretched node,
+/// coloured walls; mostly indirect light in places.
 inline std::pair<Scene, Settings> room(std::uint32_t width, std::uint32_t height, std::uint64_t spp) {
   Scene scene;
   Primitive white, red, block, lamp;
@@ -93,21 +94,23 @@ inline std::pair<Scene, Settings> times(std::pair<Scene, Settings> original, dou
   return original;
 }
 
-// ---- films ----------------------------------------------------------------------------------------------------------
+// ---- films --------------------------------------------------------------------------------------
 
 /// Of Execution::extra_flags: kernels as devices are given them, every function inlined.
 inline const std::string kAsShipped = " ";
 
-/// With kernels of which functions stay functions, as far as the compiler likes, unless flags are asked for: the same sources and
-/// optimisation, and the same arithmetic, since nothing is contracted across functions, and a scene compiles in half the time. That the
-/// bits are those of kAsShipped is for the tests of SameBits and ImageVersion, and for those of the command line.
+/// With kernels of which functions stay functions, as far as the compiler likes, unless flags are
+/// asked for: the same sources and optimisation, and the same arithmetic, since nothing is
+/// contracted across functions, and a scene compiles in half the time. That the bits are those of
+/// kAsShipped is for the tests of SameBits and ImageVersion, and for those of the command line.
 inline Execution as_tested(Execution execution) {
   if (execution.extra_flags.empty() && execution.optimise) execution.extra_flags = "-DEK_OUT_OF_LINE";
   return execution;
 }
 
-/// Devices stay open for the renders of a process, with the last programs that they compiled: to look a program up takes the driver
-/// half a second. Closed before main returns: drivers do not outlive it.
+/// Devices stay open for the renders of a process, with the last programs that they compiled: to
+/// look a program up takes the driver half a second. Closed before main returns: drivers do not
+/// outlive it.
 struct OpenDevices : testing::Environment {
   DevicePool pool;
   void TearDown() override { pool.close_idle(); }
@@ -127,7 +130,8 @@ inline Film film_of(const Scene& scene, const Settings& settings, const Executio
   return std::move(output.film);
 }
 
-/// Every layout, and none, at lane widths and with paths in chunks and in queues: what may change no bit of a film.
+/// Every layout, and none, at lane widths and with paths in chunks and in queues: what may change
+/// no bit of a film.
 inline std::vector<Execution> ways_to_trace() {
   std::vector<Execution> ways;
   const auto add = [&](std::uint32_t lanes, bool chunked, const std::string& accel, const std::string& layout) {
@@ -154,8 +158,9 @@ inline std::vector<Execution> ways_to_trace() {
   }
   return ways;
 }
-/// Every accelerator and layout once: wide trees in chunks of 16 lanes, the others in queues of one lane; and a launch for each stage.
-/// The tests of hits (tests/kernels) and SameBits have them at all widths.
+/// Every accelerator and layout once: wide trees in chunks of 16 lanes, the others in queues of one
+/// lane; and a launch for each stage. The tests of hits (tests/kernels) and SameBits have them at
+/// all widths.
 inline std::vector<Execution> each_way_to_trace() {
   std::vector<Execution> ways = ways_to_trace();
   std::erase_if(ways, [](const Execution& way) {
@@ -202,11 +207,11 @@ inline ::testing::AssertionResult same_film(const Film& a, const Film& b) {
   return same_window(a, b);
 }
 
-// ---- statistics -----------------------------------------------------------------------------------------------------
+// ---- statistics ---------------------------------------------------------------------------------
 
-/// Mean of a channel over a window, and its standard error from the spread between replicates, pixel by pixel: right
-/// whatever the pixels expect. Each pixel gives replicates - 1 degrees of freedom, so a window of many pixels knows its
-/// error well.
+/// Mean of a channel over a window, and its standard error from the spread between replicates,
+/// pixel by pixel: right whatever the pixels expect. Each pixel gives replicates - 1 degrees of
+/// freedom, so a window of many pixels knows its error well.
 inline MeanAndError mean_of(const Film& film, std::uint32_t channel, Crop window) {
   double sum = 0, variance = 0;
   for (std::uint32_t y = window.y0; y < window.y1; ++y)
@@ -221,7 +226,8 @@ inline MeanAndError mean_of(const Film& film, std::uint32_t channel = 0) {
   return mean_of(film, channel, film.layout().crop);
 }
 
-/// |z| that a standard normal variable exceeds with probability `significance` in at least one of `comparisons` [Sidak 1967].
+/// |z| that a standard normal variable exceeds with probability `significance` in at least one of
+/// `comparisons` [Sidak 1967].
 inline double z_bound(int comparisons, double significance = 0.01) {
   const double each = 1 - std::pow(1 - significance, 1.0 / comparisons);
   double lo = 0, hi = 40;

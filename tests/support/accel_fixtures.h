@@ -17,8 +17,9 @@ inline void add_triangle(Soup& soup, const float (&a)[3], const float (&b)[3], c
   for (const auto* p : {&a, &b, &c}) soup.insert(soup.end(), *p, *p + 3);
 }
 
-/// A closed sphere of 2 * rings * 2 * rings triangles whose radius per vertex is radius(ring, segment); watertight, since
-/// shared vertices have the same bits. The rows at the poles are degenerate on one side.
+/// A closed sphere of 2 * rings * 2 * rings triangles whose radius per vertex is radius(ring,
+/// segment); watertight, since shared vertices have the same bits. The rows at the poles are
+/// degenerate on one side.
 template <class Radius>
 Soup sphere(int rings, const Radius& radius, const double (&center)[3] = {0, 0, 0}) {
   const double pi = std::acos(-1.0);
@@ -63,7 +64,8 @@ inline Soup scattered(std::size_t count, float scale, std::uint32_t seed) {
   return soup;
 }
 
-/// A room as modelled by hand: a few large triangles among heaps of small ones, in which a greedy builder does badly.
+/// A room as modelled by hand: a few large triangles among heaps of small ones, in which a greedy
+/// builder does badly.
 inline Soup room() {
   Soup soup;
   std::mt19937 random(3);

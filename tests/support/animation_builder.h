@@ -17,7 +17,8 @@ inline std::size_t numbers_in(const std::string& type) {
   return type == "SCALAR" ? 1 : static_cast<std::size_t>(type.back() - '0');
 }
 
-/// Adds a channel to animation `animation`, which is made if it is the next; target: {"node": .., "path": ..}.
+/// Adds a channel to animation `animation`, which is made if it is the next; target: {"node": ..,
+/// "path": ..}.
 inline Json& add_channel(Builder& builder, std::size_t animation, const Json& target, std::size_t input,
                          std::size_t output, const char* interpolation = "LINEAR") {
   Json& animations = builder.json["animations"];

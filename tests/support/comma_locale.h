@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A locale whose numbers have a decimal comma, made for the test, since few machines have one installed.
+// A locale whose numbers have a decimal comma, made for the test, since few machines have one
+// installed.
 #pragma once
 #include <cstdlib>
 #include <string>

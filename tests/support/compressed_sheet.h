@@ -39,7 +39,8 @@ struct Sheet {
   [[nodiscard]] std::size_t vertex_count() const { return positions.size() / 3; }
 };
 
-// Corners of each triangle as a multiset of lines: codecs reorder triangles and vertices, and turn corners.
+// Corners of each triangle as a multiset of lines: codecs reorder triangles and vertices, and turn
+// corners.
 inline std::vector<std::vector<float>> soup(const std::vector<glm::vec3>& positions,
                                             const std::vector<std::uint32_t>& indices) {
   std::vector<std::vector<float>> triangles;
@@ -80,7 +81,8 @@ struct Lie {
   const char* says;
 };
 
-/// Loads a damaged file: either it holds a mesh whose indices are its own, or it is refused in one line.
+/// Loads a damaged file: either it holds a mesh whose indices are its own, or it is refused in one
+/// line.
 /// returns whether it was refused
 template <class File>
 bool refused_or_sound(const File& file) {

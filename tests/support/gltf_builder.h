@@ -55,8 +55,8 @@ inline std::string glb(std::string json, std::string binary, bool with_binary = 
   return "glTF" + u32_bytes(2) + u32_bytes(12 + chunks.size()) + chunks;
 }
 
-/// A document and its one buffer; the constructor gives the triangle (0,0,0) (1,0,0) (0,1,0) with u16 indices 0 1 2
-/// under node 'triangle' with material 'paint', exactly Lambert.
+/// A document and its one buffer; the constructor gives the triangle (0,0,0) (1,0,0) (0,1,0) with
+/// u16 indices 0 1 2 under node 'triangle' with material 'paint', exactly Lambert.
 struct Builder {
   Json json;
   std::string buffer;
@@ -116,7 +116,8 @@ struct Builder {
   }
 };
 
-/// The message of the InputError that `action` throws; fails the test when there is none or it is not one line.
+/// The message of the InputError that `action` throws; fails the test when there is none or it is
+/// not one line.
 template <typename Action>
 std::string message_of(Action action) {
   try {

@@ -27,7 +27,8 @@ struct PngOptions {
   double gamma = 0;                // gAMA; 0: none
 };
 
-/// `rows`: the samples as PNG has them, row by row, each row padded to whole bytes, 16-bit ones big-endian.
+/// `rows`: the samples as PNG has them, row by row, each row padded to whole bytes, 16-bit ones
+/// big-endian.
 inline std::string png(std::uint32_t width, std::uint32_t height, const Samples& rows, const PngOptions& options = {}) {
   std::string out;
   png_structp writer = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
@@ -92,8 +93,8 @@ inline std::string with_png_size(std::string file, std::uint32_t width, std::uin
 
 enum class JpegKind { baseline, progressive, hundreds_of_scans, ycck, unmarked };
 
-/// `components` 1: grey, 3: RGB, 4: CMYK, with Adobe's marker unless `unmarked`. Hundreds of scans: grey, each bit of each
-/// coefficient by itself, as is legal.
+/// `components` 1: grey, 3: RGB, 4: CMYK, with Adobe's marker unless `unmarked`. Hundreds of scans:
+/// grey, each bit of each coefficient by itself, as is legal.
 inline std::string jpeg(std::uint32_t width, std::uint32_t height, int components, const Samples& pixels,
                         JpegKind kind = JpegKind::baseline) {
   jpeg_compress_struct encoder{};
@@ -170,8 +171,8 @@ inline std::string ktx2(std::uint32_t width, std::uint32_t height, const Samples
   return out + std::string(texels.begin(), texels.end());
 }
 
-// 8 x 8 pixels in four quarters: red, blue, green, and light grey of alpha 128. Written by Basis Universal's encoder.
-// This file has codec ETC1S.
+// 8 x 8 pixels in four quarters: red, blue, green, and light grey of alpha 128. Written by Basis
+// Universal's encoder. This file has codec ETC1S.
 constexpr const char* kEtc1sQuarters =
     "ab4b5458203230bb0d0a1a0a0000000001000000080000000800000000000000000000000100000001000000010000006800"
     "00003c000000a400000024000000c8000000000000009a000000000000006201000000000000040000000000000000000000"

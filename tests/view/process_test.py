@@ -122,7 +122,8 @@ class Process(unittest.TestCase):
                     self.assertLess(time.monotonic() - begin, LIMIT_S)
                 self.assertEqual(news["status"]["scene"]["name"], "paper.gltf")
                 took = time.monotonic() - begin
-                # What nobody wants any more does not come back once it is loaded, and what is there can be turned.
+                # What nobody wants any more does not come back once it is loaded, and what is there
+                # can be turned.
                 viewer.wait_for("done")
                 viewer.wait_until_idle()
                 self.assertEqual(viewer.news()[0]["status"]["scene"]["name"], "paper.gltf")

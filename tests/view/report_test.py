@@ -65,7 +65,8 @@ class Report(BrowserTests, unittest.TestCase):
         self.prefer("dark")
         self.assertLess(self.luminance(), 64)
         self.shot("report_dark", whole=True)
-        # What is written can be read on what it is written on, by the contrast of the guidelines for accessible pages.
+        # What is written can be read on what it is written on, by the contrast of the guidelines
+        # for accessible pages.
         self.assertEqual(self.run_script(FAINT), [])
         self.prefer("light")
         self.assertEqual(self.run_script(FAINT), [])

@@ -70,7 +70,8 @@ class Guard(Served):
                 self.assertEqual((status, "token" in body.decode()), (403, True), (token, path))
             status, _, _ = self.viewer.ask("GET", f"/?token={token or ''}", headers={"X-Eikon-Token": None})
             self.assertEqual(status, 403, token)
-        # The header opens no page, so that no address without the token shows one; nor does the address open the rest.
+        # The header opens no page, so that no address without the token shows one; nor does the
+        # address open the rest.
         self.assertEqual(self.viewer.ask("GET", "/")[0], 403)
         status, _, _ = self.viewer.ask("GET", f"/api/news?after=0&frame=0&token={self.viewer.token}", headers={"X-Eikon-Token": None})
         self.assertEqual(status, 403)
@@ -90,7 +91,8 @@ class Guard(Served):
             self.assertEqual(self.page(Origin=origin)[0], 403, origin)
         for site, status in (("same-origin", 200), ("none", 200), ("cross-site", 403), ("same-site", 403)):
             self.assertEqual(self.page(**{"Sec-Fetch-Site": site})[0], status, site)
-        # The file of --open, which has the token, leads to the page; nothing else is open to it, nor the page to frames and scripts.
+        # The file of --open, which has the token, leads to the page; nothing else is open to it,
+        # nor the page to frames and scripts.
         leads = {"Sec-Fetch-Site": "cross-site", "Sec-Fetch-Mode": "navigate", "Sec-Fetch-Dest": "document"}
         self.assertEqual(self.page(**leads)[0], 200)
         self.assertEqual(self.page(**{**leads, "Sec-Fetch-Dest": "iframe"})[0], 403)

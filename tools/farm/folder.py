@@ -109,7 +109,8 @@ class Farm:
         flags, checkpoint = self._checkpoint(f"{job.name}-{name}", self.measured.seconds(job) * share)
         words = [*job.part, f"--samples={begin}:{end}", f"--output={output}", *flags, "--quiet"]
         if not any(word.split("=")[0] == "--pilot" for word in words):
-            # One of another image is refused, so the name changes with the job's inputs and settings.
+            # One of another image is refused, so the name changes with the job's inputs and
+            # settings.
             words.append(f"--pilot={self.inside('pilots', f'{job.name}-{job.key}')}")
         words += self.threads(words)
         return Item(job, jobs.quote(["render", *words]), output, checkpoint, share)

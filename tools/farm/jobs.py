@@ -18,11 +18,13 @@ NEVER_SIZED = (1280, 720)  # guess for an image whose camera decides its size, u
 
 COMPILED_S = 1.5  # kernels that were compiled before are there sooner, also on a busy machine
 
-# The measured run renders a smaller picture of the same view, whose samples cost the same on average: a large one takes
-# seconds for its pilot and its file. It begins with so many camera paths, which take a core a tenth of a second and more.
+# The measured run renders a smaller picture of the same view, whose samples cost the same on
+# average: a large one takes seconds for its pilot and its file. It begins with so many camera
+# paths, which take a core a tenth of a second and more.
 MEASURED_PIXELS, FIRST_PATHS = 1 << 16, 1 << 18
 PILOT_PATHS_PER_PIXEL, MOST_PILOT_PATHS = 2, 1 << 19  # of eikon render
-# Copies of the sums that a render has at most: its own, one for the checkpoint, and what is on its way to a file.
+# Copies of the sums that a render has at most: its own, one for the checkpoint, and what is on its
+# way to a file.
 FILM_COPIES = 2.2
 
 

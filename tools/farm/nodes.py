@@ -9,7 +9,8 @@ from . import errors, folder, scripts, slurm
 
 ASK_SLURM_S = 0.5
 MOST_PROBED = 32  # of a large partition; the others look at themselves before their first task
-# Why a job waits that will not begin by itself, as squeue says it. All other reasons pass, such as Resources and Priority.
+# Why a job waits that will not begin by itself, as squeue says it. All other reasons pass, such as
+# Resources and Priority.
 NEVER = re.compile("Partition(Config|TimeLimit|NodeLimit|Down|Inactive)|BadConstraints|Invalid(Account|QOS)|(Account|QOS)NotAllowed"
                    "|JobHeld(User|Admin)|DependencyNeverSatisfied|ReservationDeleted|.*(PerJob(Limit)?|NotSatisfied)|MaxMemPerLimit")
 

@@ -3,20 +3,24 @@
 scripts on the nodes and the simulation all ask here. Plain numbers in, plain numbers out; no files and no clock."""
 import math
 
-# Start-up (load, compile, tree, upload, and the scheduler's own time) is at most this share of a task.
+# Start-up (load, compile, tree, upload, and the scheduler's own time) is at most this share of a
+# task.
 STARTUP_SHARE = 0.1
-# Each node gets this many tasks, so that the last ones of fast and slow nodes end at about the same time.
+# Each node gets this many tasks, so that the last ones of fast and slow nodes end at about the same
+# time.
 TASKS_PER_NODE = 4
 # A longer task gains nothing, and waits longer for a place in a busy cluster.
 LONGEST_TASK_S = 3600
-# A merge reads so many files. Memory does not grow with it; a smaller number makes a deeper tree, which copies more.
+# A merge reads so many files. Memory does not grow with it; a smaller number makes a deeper tree,
+# which copies more.
 MERGE_FAN_IN = 64
-# How often a task is run on its node, by the exit code of eikon: what another attempt may cure. A task that was killed
-# continues from its checkpoint. Wrong flags stay wrong, and so does input, but for a file system that was away.
+# How often a task is run on its node, by the exit code of eikon: what another attempt may cure. A
+# task that was killed continues from its checkpoint. Wrong flags stay wrong, and so does input, but
+# for a file system that was away.
 ATTEMPTS = {1: 1, 2: 1, 3: 2, 4: 3, 5: 1, 137: 3}
 ATTEMPTS_OTHER = 2
-# The limit of a task's time, as a multiple of what was predicted: nodes differ, and a task that meets the limit is
-# saved and queued again, so this costs nothing but a restart.
+# The limit of a task's time, as a multiple of what was predicted: nodes differ, and a task that
+# meets the limit is saved and queued again, so this costs nothing but a restart.
 TIME_MARGIN = 3
 LEAST_MINUTES = 5
 
@@ -45,7 +49,8 @@ def parts_of(samples, work_s, startup_s, nodes, part_s=0.0):
     # Whole samples, so that the smallest part is large enough too.
     least = max(1, math.ceil(least_task_seconds(startup_s) * samples / max(work_s, 1e-9) - 1e-9))
     most = max(1, samples // least)
-    # A single node has nothing to even out. Where merging costs much, some nodes may be left without a part.
+    # A single node has nothing to even out. Where merging costs much, some nodes may be left
+    # without a part.
     counts = [nodes * times for times in range(1, TASKS_PER_NODE + 1 if nodes > 1 else 2)]
     counts += [nodes >> halvings for halvings in range(1, nodes.bit_length())]
     counts.append(max(max(counts), math.ceil(work_s / LONGEST_TASK_S)))
@@ -77,7 +82,8 @@ def divide(begin, end, parts):
 def group(seconds, startup_s, nodes):
     """Which lines share a task, as lists of numbers: in their order, until a task has enough to do. seconds: of each."""
     enough = max(least_task_seconds(startup_s), 0)
-    # Where there is plenty, tasks are longer than they must be, so that there are not too many of them.
+    # Where there is plenty, tasks are longer than they must be, so that there are not too many of
+    # them.
     enough = max(enough, min(sum(seconds) / (nodes * TASKS_PER_NODE), 10 * enough))
     tasks, load = [], math.inf
     for number, each in enumerate(seconds):

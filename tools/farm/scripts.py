@@ -8,7 +8,8 @@ from . import flags, jobs, policy
 
 HEAD = """\
 #!/bin/bash
-# Written by eikon-farm. Change what you like: `eikon-farm resubmit` writes it again, a running task has its own copy.
+# Written by eikon-farm. Change what you like: `eikon-farm resubmit` writes it again, a running task
+# has its own copy.
 {directives}
 farm={farm}
 base={base}
@@ -20,9 +21,9 @@ NODE = r"""
 node="${SLURMD_NODENAME:-$(hostname -s)}"
 fail() { echo "eikon-farm: $node: $1" >&2; exit 3; }
 
-# The kernels are compiled once for each kind of node. Every node has its own copy on its own disk: PoCL's cache is many
-# small files, which a thousand nodes would otherwise look up, and write, over the network.
-# A task asks what its probe has written down; eikon would look for devices.
+# The kernels are compiled once for each kind of node. Every node has its own copy on its own disk:
+# PoCL's cache is many small files, which a thousand nodes would otherwise look up, and write, over
+# the network. A task asks what its probe has written down; eikon would look for devices.
 # Where the program was replaced since, nothing of that holds any more.
 devices= kind=
 program="$(stat -L -c %Y-%s "$eikon" 2> /dev/null)"
@@ -47,7 +48,8 @@ export POCL_CACHE_DIR="$cache/$kind"
 mkdir -p "$POCL_CACHE_DIR" || fail "cannot write $cache: name another folder by EIKON_NODE_CACHE"
 unpacked="$POCL_CACHE_DIR.unpacked/$(stat -L -c %Y-%s "$archive" 2> /dev/null)"
 if [ -f "$archive" ] && [ ! -e "$unpacked" ]; then
-  # Other tasks may read the folder meanwhile. So each program is renamed into it whole, unless it is there already.
+  # Other tasks may read the folder meanwhile. So each program is renamed into it whole, unless it
+  # is there already.
   fresh="$(mktemp -d "$POCL_CACHE_DIR.XXXXXX")"
   tar -xf "$archive" -C "$fresh" && (
     cd "$fresh" && for program in */*; do
@@ -58,8 +60,9 @@ if [ -f "$archive" ] && [ ! -e "$unpacked" ]; then
   rm -rf "$fresh"
 fi
 
-# What the node is. Its version and arithmetic may decide the bits, so they must be those of all others. A merge is less strict: it
-# refuses parts of another arithmetic, or of a version that is known to render other images.
+# What the node is. Its version and arithmetic may decide the bits, so they must be those of all
+# others. A merge is less strict: it refuses parts of another arithmetic, or of a version that is
+# known to render other images.
 describe_node() {
   [ -n "$devices" ] || devices="$("$eikon" devices 2> /dev/null)"
   echo "token $(cat "$farm/nodes/token" 2>/dev/null)"
@@ -94,7 +97,8 @@ PROBE = r"""
 exec >> "$farm/logs/probe-${SLURMD_NODENAME:-here}.log" 2>&1
 rm -f "$farm/nodes/${SLURMD_NODENAME:-none}"
 source "$farm/node.sh"
-# The node's own list of the programs that the first job needs, from an earlier submission of it by the same program.
+# The node's own list of the programs that the first job needs, from an earlier submission of it by
+# the same program.
 used="$POCL_CACHE_DIR.jobs/{key}-$(stat -L -c %Y-%s "$eikon")"
 pack() { [ -s "$used" ] && tar -cf "$archive.$$" -C "$POCL_CACHE_DIR" -T "$used" 2> /dev/null && mv "$archive.$$" "$archive"; }
 if [ ! -f "$archive" ] && ! pack; then
@@ -103,7 +107,8 @@ if [ ! -f "$archive" ] && ! pack; then
   mkdir -p "$POCL_CACHE_DIR.jobs"
   touch "$scratch/begin"
   cd "$base" && "$eikon" render {first} -o "$scratch/first.exr" --quiet --samples {samples} > /dev/null
-  # Of what this node has compiled before, only programs that this job used: PoCL and eikon note when that was.
+  # Of what this node has compiled before, only programs that this job used: PoCL and eikon note
+  # when that was.
   (cd "$POCL_CACHE_DIR" && find . -newer "$scratch/begin" \( -name last_accessed -printf '%h\n' -o -path './eikon/[0-9a-f]*' -print \)) \
     > "$scratch/used"
   mv "$scratch/used" "$used"
@@ -117,7 +122,8 @@ TASK = r"""
 name="r$EIKON_ROUND-$(printf %05d $((SLURM_ARRAY_TASK_ID + EIKON_OFFSET)))"
 exec >> "$farm/logs/$name.log" 2>&1 || exit 3
 echo "== at $(date +%s.%3N) $(date -u +%FT%TZ) $name on ${SLURMD_NODENAME:-$(hostname -s)}, job ${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID, start ${SLURM_RESTART_COUNT:-0}"
-# Slurm warns a task once, and in vain if that is before this script runs. So the script warns itself, too.
+# Slurm warns a task once, and in vain if that is before this script runs. So the script warns
+# itself, too.
 (trap 'kill $!' TERM; sleep {warn_after_s} & wait $! && kill -USR1 $$) &
 trap "kill $! 2> /dev/null" EXIT
 {run}
@@ -130,7 +136,8 @@ echo "== at $(date +%s.%3N) $(date -u +%FT%TZ) $name ended with exit code $code 
 exit $code
 """
 
-# For a queue that speaks Open Job Description: it keeps the log, and reads the lines of progress in it.
+# For a queue that speaks Open Job Description: it keeps the log, and reads the lines of progress in
+# it.
 OPENJD_TASK = r"""
 name="r0-$(printf %05d "$1")"
 {run}
@@ -151,8 +158,8 @@ cd "$base" || fail "cannot enter $base"
 stamp() { echo "== at $(date +%s.%3N) $1; user and system seconds, of this script and of what it ran:"; times; }
 stamp "ready"
 
-# A part is saved under its name when it is interrupted, too. Only one that the ledger calls done may be merged, and has a
-# file FILE.done beside it.
+# A part is saved under its name when it is interrupted, too. Only one that the ledger calls done
+# may be merged, and has a file FILE.done beside it.
 PART='parts/[A-Za-z0-9._-]+/[0-9]+-[0-9]+\.exr'
 mark_done() {
   # The farm's path may have what JSON writes behind a backslash.
@@ -187,7 +194,8 @@ mark_done
 [ -n "$ended" ] || trap - TERM INT  # who has ended the task may say so again
 if [ $code = 0 ]; then
   while read -r checkpoint; do rm -f "$checkpoint"; done < "$farm/tasks/$name.checkpoints"
-  # The task that has the last part of an image merges it, so that no image waits for the tasks of others.
+  # The task that has the last part of an image merges it, so that no image waits for the tasks of
+  # others.
   while read -r merge; do
     (if_ready=1; source "$farm/merges/$merge.sh") || echo "eikon-farm: $merge is tried again when all tasks are over"
   done < "$farm/tasks/$name.merges"
@@ -238,7 +246,8 @@ for input in "${{inputs[@]}}"; do
   [ "$input" -nt "$mark" ] && fresh=1
 done
 if [ -n "$fresh" ]; then
-  # The mark has the time at which the merge began, so that an input that changes meanwhile is newer.
+  # The mark has the time at which the merge began, so that an input that changes meanwhile is
+  # newer.
   rm -f "$mark" && echo "$key" > "$mark.new" || exit 1
   {command}
   written > "$mark.full" && touch -r "$mark.new" "$mark.full" && mv "$mark.full" "$mark" && rm -f "$mark.new" || exit 1

@@ -9,7 +9,8 @@ import random
 
 from . import policy
 
-# Events of a simulated submission for each node and task, and at least: one that has more makes no progress.
+# Events of a simulated submission for each node and task, and at least: one that has more makes no
+# progress.
 MOST_EVENTS_EACH, LEAST_MOST_EVENTS = 20, 200_000
 
 

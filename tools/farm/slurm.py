@@ -108,8 +108,9 @@ def cancel(numbers, seconds=30):
     end, again = time.monotonic() + seconds, 0.0
     while (now := time.monotonic()) < end:
         if now >= again:
-            # First what waits: it would start when the others end. The script of a task passes the first TERM on, so that eikon
-            # saves. Slurm calls a task running before its script is there, and what is sent then is lost, so it is sent again.
+            # First what waits: it would start when the others end. The script of a task passes the
+            # first TERM on, so that eikon saves. Slurm calls a task running before its script is
+            # there, and what is sent then is lost, so it is sent again.
             for words in (["--state=PENDING"], ["--batch", "--signal=TERM", "--state=RUNNING"]):
                 subprocess.run(["scancel", *words, *numbers], capture_output=True, check=False)
             again = now + REPEAT_TERM_S

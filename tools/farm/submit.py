@@ -190,8 +190,8 @@ def submit_round(farm, items, merge_jobs=None):
     for level, merges in enumerate(levels):
         script = farm.path / f"merge-{level}.sh"
         folder.write(script, scripts.merge_script(farm, level), executable=True)
-        # Tasks merge their images when they can; this does what is left. afterany: images of which nothing failed are merged
-        # although others have failures.
+        # Tasks merge their images when they can; this does what is left. afterany: images of which
+        # nothing failed are merged although others have failures.
         arrays = []
         for array in slurm.submit_array(script, merges, 0, {"EIKON_ROUND": number}, behind):
             arrays.append(list(array))

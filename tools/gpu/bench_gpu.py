@@ -24,8 +24,8 @@ from bench_session import EXECUTION_VARIABLES, ROOT, Failed, Session
 NAMES = [step.__name__ for step in bench_steps.STEPS]
 NAME = "eikon-gpu"  # of the folder in the archive
 
-# Units of (most paths, side of the block of pixels). A unit has at most 16 samples of a pixel where the image has up to 64, so blocks
-# of 128 fill 2^18 paths, of 256 2^20 and of 512 2^22.
+# Units of (most paths, side of the block of pixels). A unit has at most 16 samples of a pixel where
+# the image has up to 64, so blocks of 128 fill 2^18 paths, of 256 2^20 and of 512 2^22.
 FULL = {"film_size": "96x64", "film_spp": 16, "scenes": ["cornell", "cornell_spheres", "window_room", "lacquer"], "side": 1024, "spp": 64,
         "rays": [1 << 20, 1 << 22, 1 << 24], "rounds": 3, "luxcore_scenes": ["cornell", "cornell_spheres", "window_room"],
         "units": [(1 << 20, 256), (1 << 22, 512), (1 << 23, 512), (1 << 24, 1024), (1 << 25, 1024)], "command_seconds": 600}

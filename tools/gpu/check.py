@@ -22,7 +22,8 @@ HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 BOUNDS = HERE / "bounds.tsv"
 
-# (name, scene, options of the render, compilers). Traversal is that of `cornell` in all scenes without instances and formulas.
+# (name, scene, options of the render, compilers). Traversal is that of `cornell` in all scenes
+# without instances and formulas.
 PROGRAMS = [
     ("cornell", "cornell", "", "nvidia amd intel"),
     ("cornell/bvh4", "cornell", "--layout bvh4", "nvidia amd"),
@@ -88,7 +89,8 @@ def occupancy(registers):
     return min(WARPS, min(BLOCKS, by_registers // GROUP_WARPS) * GROUP_WARPS)
 
 
-# Each returns ({kernel: {column: figure}}, seconds). source, options: of the program; base: where files of results go
+# Each returns ({kernel: {column: figure}}, seconds). source, options: of the program; base: where
+# files of results go
 
 def nvidia(compilers, source, options, base):
     ptx, cubin = f"{base}.ptx", pathlib.Path(f"{base}.cubin")

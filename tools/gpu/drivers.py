@@ -27,7 +27,8 @@ RENDER = ["--size", "16x12", "--spp", "2", "--max-depth", "5", "--guiding", "off
 AS_GPU = {"EIKON_LANES": "1", "EIKON_FAULT": "device:0:gpu"}
 MINUTES = 60
 
-# name -> (library, variables) of drivers that packages of Debian put there without telling the loader, or that are off by default.
+# name -> (library, variables) of drivers that packages of Debian put there without telling the
+# loader, or that are off by default.
 KNOWN = {
     "Oclgrind": ("/usr/lib/oclgrind/liboclgrind-rt-icd.so", {"EIKON_NO_OPTIMISE": "1", "EIKON_WATCHDOG": "3000"}),
     "Mesa rusticl": ("/usr/lib/x86_64-linux-gnu/libRusticlOpenCL.so.1", {"RUSTICL_ENABLE": "llvmpipe"}),

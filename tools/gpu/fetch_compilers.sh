@@ -1,7 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Unpacks the offline compilers of GPUs into FOLDER, of which check.py knows the layout. Nothing is installed.
-#   tools/gpu/fetch_compilers.sh FOLDER      exit code 0: all are there; 3: not ptxas, as PyPI does not give it; 1: Debian's are not
+# Unpacks the offline compilers of GPUs into FOLDER, of which check.py knows the layout. Nothing is
+# installed.
+#   tools/gpu/fetch_compilers.sh FOLDER      exit code 0: all are there; 3: not ptxas, as PyPI does
+#                                            not give it; 1: Debian's are not
 # Takes 110 MB of downloads and 420 MB of space; a folder that is complete is left as it is.
 set -euo pipefail
 here="$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)"

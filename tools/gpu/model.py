@@ -47,17 +47,20 @@ GPUS = (Gpu("H100 SXM", 132, 1.755e9, 0.9 * 3.35e12, 50e6, 64), Gpu("H200", 132,
 SCHEDULERS = 4  # of an SM; each issues one instruction of a warp in a clock
 LANES = 32      # of a warp
 
-# Instructions, counted in the machine code that ptxas 12.9.86 makes for sm_90 of check.py's programs (nvdisasm 13.5.37): the loop over
-# nodes, that over the triangles of a leaf if nothing ends it early, and all of `intersect` outside of both that runs once.
+# Instructions, counted in the machine code that ptxas 12.9.86 makes for sm_90 of check.py's
+# programs (nvdisasm 13.5.37): the loop over nodes, that over the triangles of a leaf if nothing
+# ends it early, and all of `intersect` outside of both that runs once.
 NODE_STEP = {"bvh2": 94, "bvh4": 282, "cwbvh": 467}
 WHOLE_TRIANGLE, AROUND = 425, 290
 INSTRUCTION_BYTES = 16
 BOUND_ROOM = 31 / 30  # what check.py adds to bytes of code
-# cwbvh counts steps without leaves; the others count each leaf as one, which has so many triangles (scenes of boxes: 1.3 to 1.7).
+# cwbvh counts steps without leaves; the others count each leaf as one, which has so many triangles
+# (scenes of boxes: 1.3 to 1.7).
 LEAF_TRIANGLES = 1.5
 
-# Bytes that kernels read and write for each item, counted in kernels/shared/path_state.def and the stages; those of state that a path
-# has; those of a ray of `bench rays`; those of a pixel of a unit's sums that go back to the host, and its counts.
+# Bytes that kernels read and write for each item, counted in kernels/shared/path_state.def and the
+# stages; those of state that a path has; those of a ray of `bench rays`; those of a pixel of a
+# unit's sums that go back to the host, and its counts.
 BYTES = {"generate": 76, "intersect": 48, "miss": 20, "shade": 180, "sort_hits": 44, "compact": 14, "shadow": 76, "film": 12}
 STATE_BYTES, BENCH_RAY_BYTES, PIXEL_BYTES = 148, 44, 105
 SAMPLES_OF_A_UNIT = 64  # of a pixel: all of an image that takes less than a second (render/schedule.cpp)

@@ -164,7 +164,8 @@ FILES = {
 }
 
 
-# A child's peak begins with what its parent has, so a small process starts it, and not this one with its arrays.
+# A child's peak begins with what its parent has, so a small process starts it, and not this one
+# with its arrays.
 STARTER = """
 import os, subprocess, sys
 child = subprocess.Popen(sys.argv[1:], stdout=subprocess.DEVNULL)

@@ -130,7 +130,8 @@ def leaf():
         u, v = (x + 0.5) / 64 - 0.5, 1 - (y + 0.5) / 64
         half = 0.42 * math.sin(math.pi * min(1.0, v ** 0.8)) * (1 + 0.12 * math.sin(40 * v))
         rib = abs(u) < 0.02 or abs((v * 10 - 6 * abs(u)) % 1 - 0.5) < 0.07
-        # The opacity falls off over a few texels, so that the cutoff finds a smooth outline between them.
+        # The opacity falls off over a few texels, so that the cutoff finds a smooth outline between
+        # them.
         opacity = min(1.0, max(0.0, 0.5 + 10 * (half - abs(u))))
         if opacity == 0:
             return (0, 0, 0, 0)  # black, so that the picture also serves as a light

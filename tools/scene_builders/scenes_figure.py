@@ -7,8 +7,9 @@ from .gltf_writer import GltfWriter
 from .scene_shapes import look_at
 from .scenes_motion import DIGITS, rounded, stage, turn
 
-# Each part of the body is an upright tube at rest: its place, heights of its ends, half widths in x and z, and the joints
-# along it with the height at which each begins to hold, from the first end on.
+# Each part of the body is an upright tube at rest: its place, heights of its ends, half widths in x
+# and z, and the joints along it with the height at which each begins to hold, from the first end
+# on.
 PARTS = (
     ("torso", 0.0, 0.9, 1.46, 0.17, 0.105, (("hips", 0.9), ("chest", 1.12))),
     ("head", 0.0, 1.44, 1.8, 0.085, 0.1, (("chest", 1.44), ("head", 1.53))),

@@ -21,10 +21,12 @@ def cornell_walls(gltf):
     green = gltf.material("green", cornell_data.reflectance(cornell_data.GREEN))
     lamp = gltf.material("light", [cornell_data.LIGHT_REFLECTANCE] * 3, cornell_data.emission())
 
-    # Corners named by left (large x, where the camera has its left) or right, floor or ceiling, front or back.
+    # Corners named by left (large x, where the camera has its left) or right, floor or ceiling,
+    # front or back.
     lff, rff, rfb, lfb = metres(552.8, 0, 0), metres(0, 0, 0), metres(0, 0, 559.2), metres(549.6, 0, 559.2)
     lcf, rcf, rcb, lcb = metres(556, 548.8, 0), metres(0, 548.8, 0), metres(0, 548.8, 559.2), metres(556, 548.8, 559.2)
-    # Same turn as the ceiling's corners; the lamp fills the hole exactly, both at 548.8 as measured.
+    # Same turn as the ceiling's corners; the lamp fills the hole exactly, both at 548.8 as
+    # measured.
     hole = [metres(343, 548.8, 227), metres(343, 548.8, 332), metres(213, 548.8, 332), metres(213, 548.8, 227)]
 
     gltf.mesh("floor", [gltf.primitive(*quad(lff, rff, rfb, lfb), white)])
@@ -90,8 +92,8 @@ def square_light():
     return gltf
 
 
-# Corners of the lights of the Nori renderer's test-direct.xml (polylum1 to 5), and the radiance it lists for the
-# floor at the origin; Lambert's formula for a polygon gives the same numbers.
+# Corners of the lights of the Nori renderer's test-direct.xml (polylum1 to 5), and the radiance it
+# lists for the floor at the origin; Lambert's formula for a polygon gives the same numbers.
 NORI_TRIANGLES = {
     1: (0.0898394, [(-0.443432, 0.596366, 0.495985), (-0.320397, 0.0677699, -0.229359),
                     (0.0341197, 0.11415, -0.343049)]),

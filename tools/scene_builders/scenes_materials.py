@@ -71,7 +71,8 @@ def veach_plates():
     gltf.mesh("floor", [gltf.primitive(*quad((-10, -4.15, 10), (10, -4.15, 10), (10, -4.15, -2), (-10, -4.15, -2)), grey)])
     gltf.mesh("wall", [gltf.primitive(*quad((-10, -4.15, -2), (10, -4.15, -2), (10, 10, -2), (-10, 10, -2)), grey)])
     eye = (0.0, 2.0, 15.0)
-    # Each plate is turned so that its middle mirrors the row of lights (x = any, y = 0, z = 0) into the camera.
+    # Each plate is turned so that its middle mirrors the row of lights (x = any, y = 0, z = 0) into
+    # the camera.
     for alpha, middle in ((0.005, (-2.3951, -0.1351)), (0.02, (-3.0634, 0.9231)), (0.05, (-3.5824, 2.2231)),
                           (0.1, (-3.9084, 3.5745))):
         y, z = middle
@@ -94,7 +95,8 @@ def snells_window():
     """Refraction and total reflection: from under water the sky fills a cone of 48.6 degrees, 1.742 bright at its middle."""
     gltf = GltfWriter(snells_window.__doc__)
     gltf.environment((1.0, 1.0, 1.0))
-    # Open water without absorption, so that no light is found by chance alone: the sky comes through one surface.
+    # Open water without absorption, so that no light is found by chance alone: the sky comes
+    # through one surface.
     water = gltf.surface("water", roughness=0.0, extensions=solid(1.333))
     tile = gltf.material("pool", (0.12, 0.35, 0.4))
     gltf.mesh("water", [gltf.primitive(*quad((-4, 0, 4), (4, 0, 4), (4, 0, -4), (-4, 0, -4)), water)])

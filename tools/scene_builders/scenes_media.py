@@ -29,7 +29,8 @@ def tumbler():
         gltf.analytic(name, "cylinder", material, {"height": round(top - bottom, 9), "radiusTop": radius, "radiusBottom": radius},
                       translation=[x, round(0.5 * (top + bottom), 9), 0.0])
 
-    # Water reaches into the air above it and air out of the glass: each ends where something higher begins.
+    # Water reaches into the air above it and air out of the glass: each ends where something higher
+    # begins.
     cylinder("block of glass", glass, -0.55, 0.001, 1.2, 0.5)
     cylinder("water", water, -0.55, 0.1, 0.9, 0.44)
     cylinder("air", air, -0.55, 0.78, 1.3, 0.44)

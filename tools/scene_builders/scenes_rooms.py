@@ -128,7 +128,8 @@ def blind_room():
     y0, y1, z0, z1 = WINDOW
     shell(gltf, materials, WINDOW)
     slat = gltf.material("slat", (0.65, 0.63, 0.58))
-    # Slats of 8 cm every 7 cm, tilted by 55 degrees with the room's side up, half way through the wall.
+    # Slats of 8 cm every 7 cm, tilted by 55 degrees with the room's side up, half way through the
+    # wall.
     reach, rise, thick = round(0.04 * math.cos(math.radians(55)), 6), round(0.04 * math.sin(math.radians(55)), 6), 0.004
     slats = []
     for i in range(20):

@@ -185,7 +185,8 @@ def main():
 
     roughnesses = np.concatenate([[r_least, 0.02, 0.035], np.linspace(0.05, 1, 39)])
     r, c, full, grazing = table(roughnesses, 25)
-    # Where grazing reflection is weak, so is the weight of full in all but metals, which have no base.
+    # Where grazing reflection is weak, so is the weight of full in all but metals, which have no
+    # base.
     loss = fit_rational(loss_basis(r, c), 1 - full, np.maximum(grazing / full, 0.15)).astype(np.float32).astype(float)
     fitted = np.maximum(1 - rational(loss_basis(r, c), loss), 0.05)
     x = 1 - (grazing / fitted) ** 0.2

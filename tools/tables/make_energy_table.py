@@ -146,7 +146,7 @@ def text(mirror, glass):
 #define EK_ENERGY_GLASS_FIRST {root_f0(LEAST_INDEX):.9g}f  // square root of the reflectance at normal incidence of the first layer
 #define EK_ENERGY_GLASS_LAST {root_f0(GREATEST_INDEX):.9g}f
 
-// What microfacets that reflect everything lose, by alpha and the cosine; and the mean of every row.
+// What microfacets that reflect everything lose, by alpha and the cosine; and each row's mean.
 constant float energy_lost_table[EK_ENERGY_ROWS * EK_ENERGY_COLUMNS] = {{
 {numbers(mirror)}
 }};
@@ -154,7 +154,7 @@ constant float energy_lost_mean_table[EK_ENERGY_ROWS] = {{
 {numbers(mean(mirror), '.6e')}
 }};
 
-// What a dielectric loses, from outside and from inside: by index of refraction, alpha and the cosine; and the mean of every row.
+// What a dielectric loses from outside and inside, by index, alpha and the cosine; rows' means.
 constant float energy_glass_table[2u * EK_ENERGY_GLASS_LAYERS * EK_ENERGY_GLASS_ROWS * EK_ENERGY_GLASS_COLUMNS] = {{
 {numbers(glass)}
 }};

@@ -151,7 +151,8 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         cells, wo, wi = some_cells(60000, 0.05)
-        # Both sides are floats: a direction is known to 6e-8, and a lobe of width alpha changes by 4 / alpha of itself per radian.
+        # Both sides are floats: a direction is known to 6e-8, and a lobe of width alpha changes by
+        # 4 / alpha of itself per radian.
         for metal_name in METALS:
             for roughness in (0.2, 0.5, 1.0):
                 alpha = roughness * roughness

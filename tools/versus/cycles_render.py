@@ -119,7 +119,8 @@ def set_environment(root, folder, text, scale, rotate_deg):
         texture, mapping = nodes.new("ShaderNodeTexEnvironment"), nodes.new("ShaderNodeMapping")
         coordinates = nodes.new("ShaderNodeTexCoord")
         texture.image = image
-        # The middle of the picture is -Z of glTF, +Y of Blender; Blender's own has it at +X, and u grows the same way.
+        # The middle of the picture is -Z of glTF, +Y of Blender; Blender's own has it at +X, and u
+        # grows the same way.
         mapping.inputs["Rotation"].default_value[2] = math.radians(-90 - entry.get("rotate", 0.0))
         links.new(coordinates.outputs["Generated"], mapping.inputs["Vector"])
         links.new(mapping.outputs["Vector"], texture.inputs["Vector"])

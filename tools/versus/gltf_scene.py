@@ -196,7 +196,8 @@ def _texture(file, reference, user):
         raise ValueError(f"{user}: a texture without a PNG or JPEG source")
     sampler = file.root["samplers"][entry["sampler"]] if "sampler" in entry else {}
     wraps = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
-    # The extension turns counter-clockwise as seen with v down: u' = c u + s v, v' = -s u + c v, after the scale.
+    # The extension turns counter-clockwise as seen with v down: u' = c u + s v, v' = -s u + c v,
+    # after the scale.
     c, s = math.cos(transform.get("rotation", 0.0)), math.sin(transform.get("rotation", 0.0))
     (x, y), (sx, sy) = transform.get("offset", (0.0, 0.0)), transform.get("scale", (1.0, 1.0))
     return Texture(*file.image(entry["source"]), ((c * sx, s * sy, x), (-s * sx, c * sy, y)),

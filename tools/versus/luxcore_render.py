@@ -36,8 +36,8 @@ def drivers_without_pocl(folder):
     return folder
 
 
-# It asks OpenCL for devices even to render on the CPU, and PoCL's LLVM and its own do not live in one process: it finds none of
-# PoCL's, and of others only where it is to use them.
+# It asks OpenCL for devices even to render on the CPU, and PoCL's LLVM and its own do not live in
+# one process: it finds none of PoCL's, and of others only where it is to use them.
 WANTS_DEVICES = "opencl" in sys.argv or "--engine=opencl" in sys.argv
 drivers = tempfile.TemporaryDirectory()
 os.environ["OCL_ICD_VENDORS"] = drivers_without_pocl(drivers.name) if WANTS_DEVICES else os.devnull

@@ -119,7 +119,8 @@ def vertex_tangents(part):
     e1, e2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     d1, d2 = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
     area = d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0]
-    # v grows downwards in the picture and its bitangent upwards, so the sign is that of v turned over.
+    # v grows downwards in the picture and its bitangent upwards, so the sign is that of v turned
+    # over.
     sign = -np.sign(area)
     tangent = (e1 * d2[:, 1:] - e2 * d1[:, 1:]) * np.sign(area)[:, None]
     total, signs = np.zeros_like(part.positions), np.zeros(len(part.positions))

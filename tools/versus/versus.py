@@ -113,7 +113,8 @@ class Bench:
         report = json.loads(stats.read_text())
         if renderer == "eikon":
             seconds = report["seconds"]
-            # What writing the file takes is no part of it: the others' images are counted when they are in memory.
+            # What writing the file takes is no part of it: the others' images are counted when they
+            # are in memory.
             report = {"seconds": seconds["render"], "seconds_from_start": seconds["total"] - seconds["write"]}
             return blocks_compare.read(str(image))[0], report
         return np.load(image).astype(np.float64), report

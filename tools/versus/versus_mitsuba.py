@@ -102,7 +102,8 @@ def compare(mi, arguments, path, folder):
             rates["eikon"].append(rate)
             rates["mitsuba"].append(samples / seconds)
 
-    # Each round has its own seed, so the mean over rounds is the better image and the rounds give Mitsuba's variance.
+    # Each round has its own seed, so the mean over rounds is the better image and the rounds give
+    # Mitsuba's variance.
     eikon, mitsuba = np.mean(images["eikon"], axis=0), np.mean(images["mitsuba"], axis=0)
     mitsuba_variance = np.var(images["mitsuba"], axis=0, ddof=1) / len(variances)
     variance = np.mean(variances, axis=0) / len(variances) + mitsuba_variance

@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Builds the wheel of the package for Python, puts the libraries into it that it needs, and names the file.
+# Builds the wheel of the package for Python, puts the libraries into it that it needs, and names
+# the file.
 #   tools/wheel/build.sh FOLDER [PYTHON]     e.g. tools/wheel/build.sh out/wheels python3.12
-# A Python of 3.12 or later makes one wheel for itself and all later ones; an older one makes a wheel for itself alone.
-# EIKON_WHEEL_BUILD names a build folder that is kept, for the next time.
+# A Python of 3.12 or later makes one wheel for itself and all later ones; an older one makes a
+# wheel for itself alone. EIKON_WHEEL_BUILD names a build folder that is kept, for the next time.
 set -euo pipefail
 if [[ $# -lt 1 || $# -gt 2 ]]; then
   echo "build.sh: give the folder for the wheel, and the Python to build it for if it is not python3" >&2

@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Tries a wheel where nothing is but what a release of Debian installs at least, its Python and an OpenCL driver: it is installed, its
-# libraries are found, and its examples run.
+# Tries a wheel where nothing is but what a release of Debian installs at least, its Python and an
+# OpenCL driver: it is installed, its libraries are found, and its examples run.
 #   tools/wheel/try.sh WHEEL RELEASE     e.g. tools/wheel/try.sh out/wheels/eikon-*.whl trixie
-# Needs root and mmdebstrap (Debian's package of that name). EIKON_TRY_ROOT names a folder for the release that is kept.
+# Needs root and mmdebstrap (Debian's package of that name). EIKON_TRY_ROOT names a folder for the
+# release that is kept.
 set -euo pipefail
 if [[ $# -ne 2 || ! -f "$1" ]]; then
   echo "try.sh: give a wheel and a release of Debian" >&2
@@ -39,7 +40,8 @@ if [ -s foreign ]; then echo "try.sh: libraries of the system:" >&2; cat foreign
 tools/bin/python -c 'import eikon; print(eikon.__file__, [d.name for d in eikon.devices()])'
 PYTHONPATH= tools/bin/python tests/python/examples_test.py
 INSIDE
-# PoCL reads what processors and memory there are from /proc and /sys. The mounts end with the command.
+# PoCL reads what processors and memory there are from /proc and /sys. The mounts end with the
+# command.
 export SSL_CERT_FILE=/try/ca-certificates.crt PIP_CERT=/try/ca-certificates.crt REQUESTS_CA_BUNDLE=/try/ca-certificates.crt PIP_FIND_LINKS=
 # shellcheck disable=SC2016
 unshare --mount sh -c 'mount -t proc proc "$1/proc" && mount --rbind /sys "$1/sys" && exec chroot "$1" sh /try/run.sh "$2"' \

@@ -47,7 +47,8 @@ class OctreeBuilder {
   [[nodiscard]] Part build(CellReferences&& references, const Cell& cell, CellBudget budget, int depth) const {
     Part part;
     std::array<float, 3> middle{};
-    bool divisible = depth < kMaxDepth && (references.size() > kLeafTriangles || depth == 0);  // the root is always inner
+    // The root is always inner.
+    bool divisible = depth < kMaxDepth && (references.size() > kLeafTriangles || depth == 0);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       middle[axis] = 0.5F * cell.lo[axis] + 0.5F * cell.hi[axis];
       divisible = divisible && (depth == 0 || (middle[axis] > cell.lo[axis] && middle[axis] < cell.hi[axis]));

@@ -12,8 +12,8 @@ namespace eikon {
 /// - 1; below is the first entry in the list.
 inline constexpr std::uint32_t kCountShift = 28;
 
-/// A leaf of bvh8 and bvh16: the nine coordinates of eight triangles, and from kBlockTriangles on their indices, which are
-/// EK_NO_HIT for an unused one.
+/// A leaf of bvh8 and bvh16: the nine coordinates of eight triangles, and from kBlockTriangles on
+/// their indices, which are EK_NO_HIT for an unused one.
 inline constexpr std::uint32_t kBlock = 8, kBlockTriangles = 9 * kBlock, kBlockWords = 10 * kBlock;
 
 /// 8- or 16-wide nodes and blocks of up to 8 triangles, chosen to minimise the SAH cost over all
@@ -28,7 +28,8 @@ inline constexpr std::uint32_t kBlock = 8, kBlockTriangles = 9 * kBlock, kBlockW
 /// Adds to the nodes of a bvh2 their boxes at each pose of the triangles, for rays with a time.
 void fit_bvh2_to_poses(Accel& accel, const TrianglePoses& poses);
 
-/// Makes of each node and each leaf of a bvh8 or bvh16 a row of them, one for each pose, for rays with a time.
+/// Makes of each node and each leaf of a bvh8 or bvh16 a row of them, one for each pose, for rays
+/// with a time.
 void fit_wide_to_poses(Accel& accel, const TrianglePoses& poses);
 
 /// 4-wide nodes with boxes in a byte per plane, leaves of up to 4 triangles.

@@ -37,10 +37,10 @@ bool PoseBounds::moves(const PoseBoxes& boxes) {
   return std::ranges::any_of(boxes, differs);
 }
 
-/// With u = 2^-24 and all coordinates within M, a coordinate of a corner or of a plane is off by at most 5 u M where
-/// kernels interpolate it: 2 u M for the difference, as much for its product with the share, and u M for the sum. So a
-/// plane that lies 16 u M further out stays outside of every corner. A missing box gets finite planes, because infinite ones
-/// have no difference.
+/// With u = 2^-24 and all coordinates within M, a coordinate of a corner or of a plane is off by at
+/// most 5 u M where kernels interpolate it: 2 u M for the difference, as much for its product with
+/// the share, and u M for the sum. So a plane that lies 16 u M further out stays outside of every
+/// corner. A missing box gets finite planes, because infinite ones have no difference.
 std::array<float, 6> PoseBounds::planes(const PoseBoxes& boxes, std::size_t pose) const {
   const double margin = moves(boxes) ? 0x1p-20 * double{farthest_} : 0;
   constexpr float kMost = std::numeric_limits<float>::max();

@@ -13,7 +13,8 @@ namespace eikon {
 
 using PoseBoxes = std::vector<Box>;  // one per pose
 
-/// Knows the triangles of a tree at each pose, and how far outside of them the planes of moving boxes must lie.
+/// Knows the triangles of a tree at each pose, and how far outside of them the planes of moving
+/// boxes must lie.
 class PoseBounds {
  public:
   /// triangles  all of the tree
@@ -35,8 +36,8 @@ class PoseBounds {
   /// True if the boxes of some poses differ.
   [[nodiscard]] static bool moves(const PoseBoxes& boxes);
 
-  /// The planes lo x, y, z, hi x, y, z of the boxes at a pose. Where kernels let them go straight from pose to pose, every
-  /// corner stays within.
+  /// The planes lo x, y, z, hi x, y, z of the boxes at a pose. Where kernels let them go straight
+  /// from pose to pose, every corner stays within.
   [[nodiscard]] std::array<float, 6> planes(const PoseBoxes& boxes, std::size_t pose) const;
 
  private:

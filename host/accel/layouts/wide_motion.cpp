@@ -17,8 +17,8 @@ namespace {
 constexpr std::size_t kMovingNodeWords = 14;  // times the width
 constexpr std::size_t kMovingBlockWords = 160;
 
-/// Makes of each node and each leaf of a wide tree a row of records, one for each step between poses
-/// (kernels/traverse/wide/wide.h).
+/// Makes of each node and each leaf of a wide tree a row of records, one for each step between
+/// poses (kernels/traverse/wide/wide.h).
 class WidePoseFitter {
  public:
   WidePoseFitter(const Accel& accel, std::size_t width, const TrianglePoses& poses)

@@ -3,8 +3,10 @@
 // Every surface counts as opaque. The JSON is an array of
 //   {device, accel, layout, default, rays: camera|shadow|diffuse, mrays_per_s, embree_mrays_per_s,
 //    build_s, embree_build_s, bytes, tests_per_ray, steps_per_ray}
-// With --count, the last two are the tests of triangles and the steps through the tree; bvh16 and bvh8 do not count. `default` says whether a render on this device would use that layout; `bytes` counts tree and
-// geometry on the device. With --accel all it is a table of accelerators: see bench.h.
+// With --count, the last two are the tests of triangles and the steps through the tree; bvh16 and
+// bvh8 do not count. `default` says whether a render on this device would use that layout; `bytes`
+// counts tree and geometry on the device. With --accel all it is a table of accelerators: see
+// bench.h.
 #include <fmt/format.h>
 
 #include <algorithm>

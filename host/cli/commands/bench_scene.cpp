@@ -8,10 +8,11 @@
 //              ratio_of_means | null, seconds, seconds_from_start, samples_per_second,
 //              efficiency | null}],
 //    exponents: {samples: EXPONENT | null, seconds: EXPONENT | null}}
-// EXPONENT is that of the error: {value, doubt, bend: {at, before: {value, doubt}, after: {value, doubt}} | null}; doubt
-// is half of a 95 % interval, and a bend is where two exponents describe the points significantly better than one.
-// `seconds` are those of rendering alone, `relmse` is against the reference, and `efficiency` is
-// 1 / (error x seconds) of the measured error, or else of the predicted one.
+// EXPONENT is that of the error: {value, doubt, bend: {at, before: {value, doubt}, after: {value,
+// doubt}} | null}; doubt is half of a 95 % interval, and a bend is where two exponents describe the
+// points significantly better than one. `seconds` are those of rendering alone, `relmse` is against
+// the reference, and `efficiency` is 1 / (error x seconds) of the measured error, or else of the
+// predicted one.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -70,8 +71,9 @@ bool same_matrix(const std::vector<double>& a, const std::vector<double>& b) {
                     [](double x, double y) { return std::abs(x - y) <= 1e-6 * (1 + std::abs(x)); });
 }
 
-/// Checks by its header that the reference is made of other samples: the same ones would hide their error.
-/// throws UsageError if it is not; InputError if the header does not say which samples those are
+/// Checks by its header that the reference is made of other samples: the same ones would hide their
+/// error. throws UsageError if it is not; InputError if the header does not say which samples those
+/// are
 void require_other_samples(const Settings& settings, const Reference& reference) {
   const auto seed = reference.metadata.numbers.find("seed");
   const auto range = reference.metadata.strings.find("sampleRange");
@@ -157,7 +159,8 @@ struct Results {
   nlohmann::json rows = nlohmann::json::array();
 };
 
-/// Compares the film whenever its samples per pixel have doubled, and ends the render when the time is over.
+/// Compares the film whenever its samples per pixel have doubled, and ends the render when the time
+/// is over.
 class GrowingRender {
  public:
   GrowingRender(const BenchSceneOptions& options, const Settings& settings, const std::optional<Reference>& reference,

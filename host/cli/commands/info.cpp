@@ -188,7 +188,8 @@ void print_unsampled_emitters(const Scene& scene) {
   }
 }
 
-/// A scene as info looks at it: the triangles of its file, and counts of what a render makes of them.
+/// A scene as info looks at it: the triangles of its file, and counts of what a render makes of
+/// them.
 struct Contents {
   Prepared prepared;
   InstanceChoice instances;
@@ -251,7 +252,8 @@ void print_motion(const Scene& scene) {
 std::uint64_t record_bytes(const Contents& contents) {
   return contents.light.bytes + contents.packed_triangles() * triangle_bytes(contents.features);
 }
-/// Bytes of the tree in a layout. They are estimated, because to build it takes more memory than all the rest of info.
+/// Bytes of the tree in a layout. They are estimated, because to build it takes more memory than
+/// all the rest of info.
 std::uint64_t tree_bytes(const Contents& contents, const std::string& layout) {
   const std::uint64_t leaves = contents.packed_triangles() + contents.light.packed.shapes.size();
   return expected_tree_bytes(layout, leaves) +

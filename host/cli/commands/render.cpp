@@ -50,7 +50,8 @@ class ProgressBar {
   PredictedError error_;
 };
 
-/// Refuses a sample that the image does not have. Without --spp and --samples, any will do. throws UsageError
+/// Refuses a sample that the image does not have. Without --spp and --samples, any will do. throws
+/// UsageError
 void require_sample(const SceneOptions& scene, std::uint64_t sample) {
   if (!scene.samples && !scene.spp) return;
   const SampleRange all = scene.samples.value_or(SampleRange{0, scene.spp.value_or(kUsualSpp)});

@@ -26,8 +26,8 @@ struct ViewOptions {
   bool open = false;
 };
 
-/// The words that `eikon render` knows, too. A view is not guided and does not try how many light paths pay, unless that is
-/// asked for: a pilot would come before each picture.
+/// The words that `eikon render` knows, too. A view is not guided and does not try how many light
+/// paths pay, unless that is asked for: a pilot would come before each picture.
 std::vector<std::string> render_words(const std::vector<std::string>& words) {
   std::vector<std::string> kept;
   for (const std::string& word : words) {

@@ -62,7 +62,8 @@ std::string case_of_flag(const CommandHelp& command, const FlagHelp& flag) {
   return fmt::format("    {}){} ;;\n", patterns, todo.empty() ? " :" : todo);
 }
 
-/// The case of all other words of a command: flags, commands, and the values of positional arguments.
+/// The case of all other words of a command: flags, commands, and the values of positional
+/// arguments.
 std::string case_of_command(const CommandHelp& command) {
   std::vector<std::string> words;
   bool files = false;

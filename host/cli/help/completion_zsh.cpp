@@ -9,7 +9,8 @@
 namespace eikon {
 namespace {
 
-/// `text` with a backslash before the characters that end a part of a specification, for use between single quotes.
+/// `text` with a backslash before the characters that end a part of a specification, for use
+/// between single quotes.
 std::string escaped(const std::string& text) {
   std::string result;
   for (const char c : text) {

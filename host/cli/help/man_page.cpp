@@ -13,7 +13,8 @@
 namespace eikon {
 namespace {
 
-/// Text whose characters stay what they are: `-` would become a hyphen, and quotes typographic ones.
+/// Text whose characters stay what they are: `-` would become a hyphen, and quotes typographic
+/// ones.
 std::string roff(const std::string& text) {
   std::string result = text.starts_with('.') || text.starts_with('\'') ? "\\&" : "";
   for (const char c : text) {
@@ -48,7 +49,8 @@ std::string upper(std::string text) {
   return text;
 }
 
-/// The sections of a footer of --help: a heading is a line that ends with a colon, and its text is indented.
+/// The sections of a footer of --help: a heading is a line that ends with a colon, and its text is
+/// indented.
 struct Section {
   std::string title;               // empty: text without a heading
   std::vector<std::string> lines;  // as they stand in the footer

@@ -12,9 +12,11 @@ using namespace std::string_view_literals;
 
 constexpr std::uint32_t kFormat = 9;
 constexpr std::string_view kProgramFile = "/program.bc";
-// The shortest bitcode [llvm.org/docs/BitCodeFormat.html]: its magic number, and a block of a module (8) without records.
+// The shortest bitcode [llvm.org/docs/BitCodeFormat.html]: its magic number, and a block of a
+// module (8) without records.
 constexpr std::string_view kEmptyProgram = "BC\xC0\xDE\x21\x08\0\0\x01\0\0\0\0\0\0\0"sv;
-// PoCL names a program's folder by 40 letters from A to P, a slash among them. No name of its own ends with this.
+// PoCL names a program's folder by 40 letters from A to P, a slash among them. No name of its own
+// ends with this.
 constexpr std::size_t kNameLength = 40;
 constexpr char kEndOfName = 'Z';
 

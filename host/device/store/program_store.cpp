@@ -52,7 +52,8 @@ std::optional<std::filesystem::path> pocl_cache_folder() {
   return {};
 }
 
-/// Size and date of the driver's library: a package can be built again under the version of the one before.
+/// Size and date of the driver's library: a package can be built again under the version of the one
+/// before.
 std::string library_of(cl_platform_id platform) {
   const void* const function = clGetExtensionFunctionAddressForPlatform(platform, "clIcdGetPlatformIDsKHR");
   Dl_info library{};
@@ -61,7 +62,8 @@ std::string library_of(cl_platform_id platform) {
   return fmt::format("{} bytes of {}", status.st_size, status.st_mtime);
 }
 
-/// The variables that PoCL reads, in alphabetical order. Some change what it compiles; the others do no harm here.
+/// The variables that PoCL reads, in alphabetical order. Some change what it compiles; the others
+/// do no harm here.
 std::string pocl_variables() {
   std::vector<std::string> set;
   for (char** entry = environ; entry != nullptr && *entry != nullptr; ++entry)

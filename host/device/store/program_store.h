@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Private to host/device: binaries of compiled programs on the disk. PoCL finds what it has compiled by a hash of the
-// preprocessed text, and preprocessing takes it four fifths of the time in which it opens a program. From a binary it
-// opens the same program without the text.
+// Private to host/device: binaries of compiled programs on the disk. PoCL finds what it has
+// compiled by a hash of the preprocessed text, and preprocessing takes it four fifths of the time
+// in which it opens a program. From a binary it opens the same program without the text.
 #pragma once
 #include <CL/cl.h>
 
@@ -15,8 +15,9 @@
 
 namespace eikon {
 
-/// The file of one program's binary. It states in full what decides the binary, but for the text, of which it has the
-/// length and 128 bits of hashes; and it ends with a checksum. Processes and threads may read and write it at once.
+/// The file of one program's binary. It states in full what decides the binary, but for the text,
+/// of which it has the length and 128 bits of hashes; and it ends with a checksum. Processes and
+/// threads may read and write it at once.
 class StoredProgram {
  public:
   /// folder  need not exist; the folder that holds it must
@@ -25,11 +26,11 @@ class StoredProgram {
                 std::string_view text);
 
   [[nodiscard]] const std::filesystem::path& file() const { return file_; }
-  /// Returns the binary, and notes the time in the file's date. None: there is no such file, it cannot be read, is
-  /// damaged, or states another driver, flags or text.
+  /// Returns the binary, and notes the time in the file's date. None: there is no such file, it
+  /// cannot be read, is damaged, or states another driver, flags or text.
   [[nodiscard]] std::optional<std::string> find() const;
-  /// Replaces the file, and removes others if the folder has become large. Where it cannot be written there is none, or
-  /// the one before, and no error.
+  /// Replaces the file, and removes others if the folder has become large. Where it cannot be
+  /// written there is none, or the one before, and no error.
   void keep(std::string_view binary) const;
 
  private:
@@ -37,27 +38,29 @@ class StoredProgram {
   std::string head_;
 };
 
-/// Removes the files of a folder that have not been used for the longest time, if all together have more than `most` bytes,
-/// until they have three quarters of that. What cannot be removed stays.
+/// Removes the files of a folder that have not been used for the longest time, if all together have
+/// more than `most` bytes, until they have three quarters of that. What cannot be removed stays.
 void forget_oldest(const std::filesystem::path& folder, std::uintmax_t most);
 
-/// Returns the place of a program in PoCL's cache folder. None: the driver is another one, which has a cache of its
-/// own, or PoCL is to keep nothing (POCL_KERNEL_CACHE=0), or to compile more than one variant of each kernel
-/// (prepare_pocl()).
+/// Returns the place of a program in PoCL's cache folder. None: the driver is another one, which
+/// has a cache of its own, or PoCL is to keep nothing (POCL_KERNEL_CACHE=0), or to compile more
+/// than one variant of each kernel (prepare_pocl()).
 std::optional<StoredProgram> stored_program(const DeviceInfo& info, cl_device_id device, const std::string& flags,
                                             std::string_view text);
 
-/// Lets PoCL compile each kernel once, for any size of work-groups, unless the environment says otherwise. That variant
-/// is in PoCL's binaries in any case, so it would be compiled beside those for the sizes in use, and it is as fast:
-/// work-groups of CPU devices are single work-items. Call it before PoCL is asked for its devices.
+/// Lets PoCL compile each kernel once, for any size of work-groups, unless the environment says
+/// otherwise. That variant is in PoCL's binaries in any case, so it would be compiled beside those
+/// for the sizes in use, and it is as fast: work-groups of CPU devices are single work-items. Call
+/// it before PoCL is asked for its devices.
 void prepare_pocl();
 
-/// Returns the folder in which PoCL keeps what it compiles: it asks the environment once, when it starts, as
-/// prepare_pocl() does. None: it keeps nothing.
+/// Returns the folder in which PoCL keeps what it compiles: it asks the environment once, when it
+/// starts, as prepare_pocl() does. None: it keeps nothing.
 const std::optional<std::filesystem::path>& folder_of_running_pocl();
 
-/// Returns the driver's binary of a built program without what its kernels do not need to run, or "" if the driver gives
-/// none. All of the program's kernels must have been run, because PoCL compiles those that were not.
+/// Returns the driver's binary of a built program without what its kernels do not need to run, or
+/// "" if the driver gives none. All of the program's kernels must have been run, because PoCL
+/// compiles those that were not.
 std::string program_binary(cl_program program);
 
 /// Returns whether the kernels of a binary that PoCL has opened can be run.

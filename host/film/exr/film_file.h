@@ -46,8 +46,8 @@ struct ExrOptions {
 void write_exr(const std::filesystem::path& path, const Film& film, const Metadata& metadata,
                const ExrOptions& options);
 
-/// The picture that part 0 of the file has, as floats: words are converted, and nothing is rounded to half.
-/// throws InternalError as write_exr()
+/// The picture that part 0 of the file has, as floats: words are converted, and nothing is rounded
+/// to half. throws InternalError as write_exr()
 [[nodiscard]] Image image_part(const Film& film, const ExrOptions& options);
 
 /// Reads the "sums" part of a file, a few rows at a time. add_to() verifies its checksum.

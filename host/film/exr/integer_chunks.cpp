@@ -11,7 +11,8 @@
 namespace eikon::exr {
 namespace {
 
-/// Takes the place of the library's own, which prints; what is wrong is known from the code that a function returns.
+/// Takes the place of the library's own, which prints; what is wrong is known from the code that a
+/// function returns.
 void be_silent(exr_const_context_t, exr_result_t, const char*) {}
 
 void check(exr_result_t code, const char* doing) {

@@ -33,7 +33,8 @@ inline constexpr std::size_t kMaxRecordBytes = std::size_t{64} << 20U;
 inline constexpr int kRowsPerBlock = 16;
 inline constexpr std::uint32_t kSumLimbs = 4, kCountLimbs = 2;  // 32-bit words, low first
 
-/// The format of a file with these sums. Readers of format 1 know no mattes, and those of format 2 no splats.
+/// The format of a file with these sums. Readers of format 1 know no mattes, and those of format 2
+/// no splats.
 inline int sums_format(const FilmLayout& layout) {
   if (layout.channels.back().starts_with(kSplats)) return 3;
   return layout.mattes.empty() ? 1 : 2;

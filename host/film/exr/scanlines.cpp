@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The layout of files is that of "OpenEXR File Layout" (openexr.com), and blocks are compressed as its ZIP and RLE say.
+// The layout of files is that of "OpenEXR File Layout" (openexr.com), and blocks are compressed as
+// its ZIP and RLE say.
 #include "film/exr/scanlines.h"
 
 #include <ImfChannelList.h>
@@ -53,7 +54,8 @@ bool has_long_names(const Imf::Header& header) {
   return false;
 }
 
-/// The channels of the rows as the file has them, which is sorted by name: where their words are, and their bytes each.
+/// The channels of the rows as the file has them, which is sorted by name: where their words are,
+/// and their bytes each.
 struct SortedChannel {
   const std::uint32_t* words;
   std::size_t bytes;
@@ -92,7 +94,8 @@ Bytes bytes_of(const std::vector<SortedChannel>& channels, const WordRows& rows,
   return bytes;
 }
 
-/// Even bytes, then odd ones, each as the difference to the one before, plus 128: what both codecs compress.
+/// Even bytes, then odd ones, each as the difference to the one before, plus 128: what both codecs
+/// compress.
 Bytes differences(const Bytes& bytes) {
   const std::size_t odd = bytes.size() / 2, even = bytes.size() - odd;
   Bytes split(bytes.size()), result(bytes.size());
@@ -112,7 +115,8 @@ Bytes deflated(const Bytes& bytes) {
   return out;
 }
 
-/// Runs of three and more as their length minus 1 and the byte; others as minus their number and the bytes.
+/// Runs of three and more as their length minus 1 and the byte; others as minus their number and
+/// the bytes.
 Bytes run_lengths(const Bytes& bytes) {
   constexpr std::ptrdiff_t kLeastRun = 3, kMost = 127;
   Bytes out;

@@ -40,8 +40,8 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "convert() keeps a half in the first bytes of a word");
 
-/// One channel of a part, and the function that computes a row of its values: `reals` for HALF and FLOAT
-/// channels, `words` for UINT channels.
+/// One channel of a part, and the function that computes a row of its values: `reals` for HALF and
+/// FLOAT channels, `words` for UINT channels.
 struct Source {
   std::string name;
   Imf::PixelType type = Imf::FLOAT;
@@ -157,8 +157,8 @@ Imf::Header sums_header(const Film& film, const ExrOptions& options) {
         fmt::format("what the sums are of takes {} bytes, more than {}: merge fewer parts, or such as lie "
                     "beside each other",
                     options.record.size(), exr::kMaxRecordBytes));
-  // Always quick: ZIP makes the sums a third smaller, and takes a core half a second longer for a megapixel, of each part
-  // that is written and of each that is merged.
+  // Always quick: ZIP makes the sums a third smaller, and takes a core half a second longer for a
+  // megapixel, of each part that is written and of each that is merged.
   Imf::Header header = make_header(film, exr::kSumsPart, true);
   for (const std::string& name : exr::sums_channels(layout)) header.channels().insert(name, Imf::Channel(Imf::UINT));
   header.insert(exr::kFormat, Imf::IntAttribute(exr::sums_format(layout)));
@@ -250,13 +250,15 @@ void write_image(exr::ScanlineFile& file, const Crop& crop, const std::vector<So
   }
 }
 
-/// Splits the sums and counts of a row into words, a plane for each, in the order of exr::sums_channels().
+/// Splits the sums and counts of a row into words, a plane for each, in the order of
+/// exr::sums_channels().
 void split_row(const Film& film, std::uint32_t y, std::uint32_t* words, std::size_t plane) {
   const FilmLayout& layout = film.layout();
   const std::size_t width = layout.crop.width(), channels = layout.channels.size(), replicates = layout.replicates;
   const std::span<const int128> sums = film.row_sums(y);
   const std::span<const std::uint64_t> counts = film.row_counts(y);
-  // So few pixels at a time that they stay in the cache while one plane after the other is written, which lie far apart.
+  // So few pixels at a time that they stay in the cache while one plane after the other is written,
+  // which lie far apart.
   constexpr std::size_t kPixels = 64;
   for (std::size_t first = 0; first < width; first += kPixels) {
     const std::size_t last = std::min(first + kPixels, width);

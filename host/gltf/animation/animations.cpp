@@ -50,7 +50,8 @@ Interpolation interpolation_of(const JsonView& sampler) {
   sampler.fail(fmt::format("'interpolation' {} is none of STEP, LINEAR, CUBICSPLINE", in_quotes(*name)));
 }
 
-/// The types that [glTF 2.0, section 3.11; KHR_animation_pointer, "Output accessor component types"] allow.
+/// The types that [glTF 2.0, section 3.11; KHR_animation_pointer, "Output accessor component
+/// types"] allow.
 bool is_legal(const Accessor& values, const Property& property) {
   const std::uint32_t components = property.width == 0 ? 1 : property.width;
   if (values.is_matrix || values.component_count != components) return false;
@@ -247,7 +248,8 @@ bool may_change_light(const Channel& channel) {
          channel.property.kind == ValueKind::truth;
 }
 
-/// Reads an animation and describes it. Returns one without channels, and adds it to `wrong`, if it is damaged.
+/// Reads an animation and describes it. Returns one without channels, and adds it to `wrong`, if it
+/// is damaged.
 Animation read_or_leave_out(AnimationReader& reader, std::size_t index, const AnimationSource& source, Scene& scene) {
   try {
     Animation animation = reader.read(index);
@@ -264,8 +266,8 @@ Animation read_or_leave_out(AnimationReader& reader, std::size_t index, const An
   }
 }
 
-/// Reads all animations. Returns those that are sound and asked for: `wanted`, or without it all. Of the others
-/// nothing is said.
+/// Reads all animations. Returns those that are sound and asked for: `wanted`, or without it all.
+/// Of the others nothing is said.
 std::vector<Animation> read_all(const AnimationSource& source, bool none, std::optional<std::size_t> wanted,
                                 Scene& scene) {
   Notes silent;

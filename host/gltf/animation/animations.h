@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The animations of a document. What they move is written into the document before anything else of it is
-// read, so that the rest of the reader sees a file that stands still.
+// The animations of a document. What they move is written into the document before anything else of
+// it is read, so that the rest of the reader sees a file that stands still.
 #pragma once
 #include <string>
 
@@ -20,10 +20,12 @@ struct AnimationSource {
   Notes& notes;
 };
 
-/// Writes the values that the chosen animations have at the chosen time into the document, and lists all
-/// animations in `scene`.
-/// returns  a text that is the same whenever the pose is for the same reasons; empty if no animation is in force
-/// throws InputError: an animation that does not exist, or one that is damaged and asked for by its name
+/// Writes the values that the chosen animations have at the chosen time into the document, and
+/// lists all animations in `scene`.
+/// returns  a text that is the same whenever the pose is for the same reasons; empty if no
+///          animation is in force
+/// throws InputError: an animation that does not exist, or one that is damaged and asked for by its
+/// name
 std::string animate(const AnimationSource& source, const AnimationChoice& choice, Scene& scene);
 
 }  // namespace eikon

@@ -22,7 +22,8 @@ constexpr double kNormal = 5e-3;         // of the shading normals of a mesh
 constexpr double kRounding = 1e-9;       // of coordinates, for what does not move but by rounding
 
 constexpr std::uint32_t kLeastProbes = 4;
-// Probes lie off the middle of a step, so that a motion that swings to and fro is not taken for rest.
+// Probes lie off the middle of a step, so that a motion that swings to and fro is not taken for
+// rest.
 constexpr double kProbeShare = 0.381966;
 constexpr std::size_t kMostVertices = 512;  // of a primitive that keeps its form, which are looked at
 
@@ -43,7 +44,8 @@ auto vertices_of(const Scene& scene, std::size_t node, std::size_t primitive) {
   };
 }
 
-/// Returns how far the normals of a primitive are from the way between the two poses, in units of kNormal; in object space.
+/// Returns how far the normals of a primitive are from the way between the two poses, in units of
+/// kNormal; in object space.
 double normal_deviation(const MidPose& step, std::size_t node, std::size_t primitive) {
   const auto &before = primitive_of(step.before, node, primitive).normals_object,
              &after = primitive_of(step.after, node, primitive).normals_object,
@@ -102,7 +104,8 @@ double camera_deviation(const Camera& before, const Camera& after, const Camera&
   };
   most = std::max(most, over(off(half_height_m), kZoom * half_height_m(at)));
   if (!before.lens || !after.lens || !at.lens) return most;
-  // The blur of a point on the plane one metre ahead is the radius times the difference of two inverse distances.
+  // The blur of a point on the plane one metre ahead is the radius times the difference of two
+  // inverse distances.
   const auto inverse_focus = [](const Camera& camera) { return 1 / camera.lens->focus_distance_m; };
   return std::max(
       {most, lens_radius_m(at) * off(inverse_focus) / kDirection, off(lens_radius_m) * inverse_focus(at) / kDirection});
@@ -168,7 +171,8 @@ void make_pose(Scene& pose, const Scene& scene) {
     for (std::size_t i = 0; i < std::min(pose.meshes[m].primitives.size(), scene.meshes[m].primitives.size()); ++i) {
       Primitive& own = pose.meshes[m].primitives[i];
       const Primitive& other = scene.meshes[m].primitives[i];
-      // A triangle whose joints turn it inside out keeps the order of its corners, or it would not be the same one.
+      // A triangle whose joints turn it inside out keeps the order of its corners, or it would not
+      // be the same one.
       if (own.indices.triangle_count() == other.indices.triangle_count()) own.indices = other.indices;
       share_if_equal(own.positions_object, other.positions_object);
       share_if_equal(own.normals_object, other.normals_object);

@@ -8,7 +8,8 @@
 
 namespace eikon {
 
-/// Loads the scene as it is at a time, with the materials and the visibility of the frame's own time.
+/// Loads the scene as it is at a time, with the materials and the visibility of the frame's own
+/// time.
 using PoseLoader = std::function<Scene(double time_s)>;
 
 inline constexpr std::uint32_t kMostShutterSteps = 64;
@@ -21,13 +22,13 @@ struct MidPose {
   double share = 0;  // of the time between the two that has passed at true_pose
 };
 
-/// Returns how far the true pose is from one that goes straight between the two, in units of what is allowed (see the
-/// constants in exposure.cpp).
+/// Returns how far the true pose is from one that goes straight between the two, in units of what
+/// is allowed (see the constants in exposure.cpp).
 [[nodiscard]] double deviation(const MidPose& step);
 
-/// Adds the poses at the ends of equal steps of the shutter's time to a scene, if anything moves meanwhile. Without a
-/// number of steps there are so many that straight ways between poses are near enough to the true ones.
-/// throws InputError as the loader
+/// Adds the poses at the ends of equal steps of the shutter's time to a scene, if anything moves
+/// meanwhile. Without a number of steps there are so many that straight ways between poses are near
+/// enough to the true ones. throws InputError as the loader
 void expose(Scene& scene, const Shutter& shutter, const PoseLoader& pose_at);
 
 /// Adds the pose of the next frame to a scene, unless nothing moves until then.

@@ -18,7 +18,8 @@ using enum ValueKind;
 constexpr double kTiny = 1e-9;
 constexpr double kWidestFov = 3.14159;  // below pi
 
-// Cameras are refused for values out of range, so their ranges stand here; materials and lights bring their factors into theirs.
+// Cameras are refused for values out of range, so their ranges stand here; materials and lights
+// bring their factors into theirs.
 constexpr Property kProperties[] = {
     {"/nodes/*/translation", 3},
     {"/nodes/*/rotation", 4, rotation},

@@ -27,15 +27,17 @@ struct Property {
 /// The row of the table for a pointer, or null if eikon reads no such property or cannot change it.
 [[nodiscard]] const Property* find_property(std::string_view pointer);
 
-/// The number of morph targets of which a pointer has the weights, or one of them; nothing for one that leads to no mesh
-/// with targets.
+/// The number of morph targets of which a pointer has the weights, or one of them; nothing for one
+/// that leads to no mesh with targets.
 [[nodiscard]] std::optional<std::size_t> weight_count(const Json& document, std::string_view pointer);
 
-/// Checks that what holds the property is there. throws InputError, without the place of the pointer
+/// Checks that what holds the property is there. throws InputError, without the place of the
+/// pointer
 void check_pointer(const Json& document, std::string_view pointer);
 
-/// Writes a value to a place that check_pointer has let pass. References to other values of the document stay
-/// valid. Numbers beyond the property's range are brought into it. Returns whether all were within.
+/// Writes a value to a place that check_pointer has let pass. References to other values of the
+/// document stay valid. Numbers beyond the property's range are brought into it. Returns whether
+/// all were within.
 bool write_property(Json& document, std::string_view pointer, const Property& property,
                     const std::vector<double>& value);
 

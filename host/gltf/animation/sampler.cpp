@@ -49,8 +49,9 @@ Numbers mix(double a, const Numbers& u, double b, const Numbers& v) {
 
 }  // namespace
 
-// Halving the arc as often as the share has bits takes square roots alone, which all machines round alike; sines
-// may differ in their last bit, and parts of an image that several machines render would not fit together.
+// Halving the arc as often as the share has bits takes square roots alone, which all machines round
+// alike; sines may differ in their last bit, and parts of an image that several machines render
+// would not fit together.
 Numbers slerp(const Numbers& from, const Numbers& to, double t) {
   double dot = 0;
   for (std::size_t i = 0; i < from.size(); ++i) dot += from[i] * to[i];

@@ -34,26 +34,30 @@ struct Curve {
 
  private:
   [[nodiscard]] double time_s(std::uint64_t key) const { return static_cast<double>(times.vector_at(key).x); }
-  /// part  0: the value, or with `cubic` the tangent towards it; 1 and 2: value, and tangent from it
+  /// part  0: the value, or with `cubic` the tangent towards it; 1 and 2: value, and tangent from
+  ///       it
   [[nodiscard]] std::vector<double> value(std::uint64_t key, std::uint64_t part) const;
   [[nodiscard]] std::vector<double> key_value(std::uint64_t key) const;
   [[nodiscard]] std::vector<double> between(std::uint64_t key, double seconds) const;
 };
 
-/// Checks the times of keys. Returns whether some of them are negative or equal, which the format forbids and
-/// which nonetheless have a meaning.
-/// throws InputError, without the sampler: a type that is not SCALAR of float, no key, times that fall or are
+/// Checks the times of keys. Returns whether some of them are negative or equal, which the format
+/// forbids and which nonetheless have a meaning.
+/// throws InputError, without the sampler: a type that is not SCALAR of float, no key, times that
+/// fall or are
 ///        not finite
 bool check_times(const Accessor& times);
 
-/// throws InputError, without the sampler: another number of values than the keys need, a truth that does not step
+/// throws InputError, without the sampler: another number of values than the keys need, a truth
+/// that does not step
 void check_value_count(const Curve& curve);
 
-/// Looks at each value. throws InputError, without the sampler: one that is not finite, a rotation of length 0
+/// Looks at each value. throws InputError, without the sampler: one that is not finite, a rotation
+/// of length 0
 void check_values(const Curve& curve);
 
-/// The rotation a share `t` in [0, 1] of the way from one unit quaternion to another, by the shorter way at constant
-/// speed. The same bits on every machine.
+/// The rotation a share `t` in [0, 1] of the way from one unit quaternion to another, by the
+/// shorter way at constant speed. The same bits on every machine.
 [[nodiscard]] std::vector<double> slerp(const std::vector<double>& from, const std::vector<double>& to, double t);
 
 }  // namespace eikon

@@ -124,7 +124,8 @@ std::size_t check_lights(const Json& document) {
   return lights == nullptr ? 0 : size_of(*lights);
 }
 
-// The children of a wrong node stay below it, so that whoever needs one of them, as skins may, finds what is wrong.
+// The children of a wrong node stay below it, so that whoever needs one of them, as skins may,
+// finds what is wrong.
 Json children_alone(const Json& node, std::size_t node_count) {
   const Json* const children = member(node, "children");
   std::set<std::size_t> legal;

@@ -156,7 +156,8 @@ std::vector<std::size_t> scene_roots(const Document& document, Notes& notes) {
   return document.scene ? listed_roots(document, parents, notes) : without_parents(parents);
 }
 
-/// Returns for each node the parent under which a walk from all roots, in the order of the file, comes to it first.
+/// Returns for each node the parent under which a walk from all roots, in the order of the file,
+/// comes to it first.
 std::vector<std::size_t> first_parents(const Nodes& nodes) {
   struct Entry {
     std::size_t node, parent;

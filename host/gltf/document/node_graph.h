@@ -26,9 +26,9 @@ struct PlacedNode {
 ///        overflows, a node that is wrong
 std::vector<PlacedNode> walk_nodes(const Document& document, Notes& notes);
 
-/// Tells where nodes stand by their own parents, whatever the document's scene lists. A node with several
-/// parents stands where a walk from all roots comes to it first. What is wrong with a node matters to
-/// those below it only.
+/// Tells where nodes stand by their own parents, whatever the document's scene lists. A node with
+/// several parents stands where a walk from all roots comes to it first. What is wrong with a node
+/// matters to those below it only.
 class OwnPlaces {
  public:
   /// The arguments outlive the places; walk_nodes has let the document pass.
@@ -43,7 +43,8 @@ class OwnPlaces {
   std::map<std::size_t, glm::dmat4> known_;  // world from object
 };
 
-/// Checks where the node of a light or a camera stands. throws InputError: a position beyond kMaxCoordinate
+/// Checks where the node of a light or a camera stands. throws InputError: a position beyond
+/// kMaxCoordinate
 void check_position(const JsonView& of, const PlacedNode& placed);
 
 }  // namespace eikon

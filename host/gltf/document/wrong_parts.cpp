@@ -28,7 +28,8 @@ void WrongParts::note(Notes& notes) const {
     std::size_t count = 0;
     while (last != parts_.end() && last->first.first == first->first.first) ++last, ++count;
     const std::string others = count > 1 ? fmt::format(" (and {} more of its kind)", count - 1) : "";
-    // The scene stands still without an animation; without anything else that it uses it would not be read.
+    // The scene stands still without an animation; without anything else that it uses it would not
+    // be read.
     const char* const why = first->first.first == "animation" ? "" : ", as the scene does not use it";
     notes.mended(fmt::format("left out{}{}: {}", why, others, first->second));
     first = last;

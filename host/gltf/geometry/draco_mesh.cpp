@@ -21,7 +21,8 @@ namespace {
 constexpr int kTriangleList = 4, kTriangleStrip = 5;
 // The most triangles and numbers that a stream is believed to hold: some, however small it is, and
 // more for each byte. The library allocates what a header claims. Scanned and modelled meshes have
-// about one triangle per byte; flat regular grids have some hundreds, and two million of these are free.
+// about one triangle per byte; flat regular grids have some hundreds, and two million of these are
+// free.
 constexpr std::uint64_t kFreeTriangles = std::uint64_t{1} << 21U, kTrianglesPerByte = 64;
 constexpr std::uint64_t kFreeNumbers = std::uint64_t{1} << 26U, kNumbersPerByte = 256;
 constexpr int kMaxStreamAttributes = 32;

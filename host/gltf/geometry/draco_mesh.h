@@ -41,8 +41,8 @@ class DracoDecoder {
   ///        or types than the accessors, or more than its bytes can hold, or that does not decode
   DracoMesh decode(const JsonView& view, const GltfPrimitive& primitive);
 
-  /// The memory for decode(), by what the accessors announce and what so many bytes can hold; 0 if the
-  /// extension names no stream.
+  /// The memory for decode(), by what the accessors announce and what so many bytes can hold; 0 if
+  /// the extension names no stream.
   [[nodiscard]] double expected_bytes(const Json& extension, const GltfPrimitive& primitive) const;
   /// The sizes of the streams that were decoded so far.
   [[nodiscard]] const CompressedMeshes& decoded() const { return decoded_; }

@@ -73,7 +73,8 @@ class MeshReader {
     OwnAttributes posed;  // in place of the file's; empty if nothing moves it
     std::vector<bool> mirrored;  // by vertex of the file: its joints mirror it; empty if those of none do
   };
-  /// Equal for primitives of the same geometry, if their triangles are neither compressed nor posed.
+  /// Equal for primitives of the same geometry, if their triangles are neither compressed nor
+  /// posed.
   using Contents = decltype(Accessor().contents());
   using Accessors = std::tuple<int, std::optional<Contents>, std::map<std::string, Contents>>;
   static constexpr std::size_t kUvSets = 2;
@@ -97,12 +98,13 @@ class MeshReader {
   void read_surface(const Part& part, const VertexChoice& vertices, std::uint64_t position_count, Primitive& primitive);
   void read_uv(const Part& part, const VertexChoice& vertices, std::uint64_t position_count, Primitive& primitive);
   void check_positions_once(const Part& part, const Accessor& positions);
-  /// Adds the morph targets, and then lets the vertices follow their joints. Returns whether the primitive stays.
+  /// Adds the morph targets, and then lets the vertices follow their joints. Returns whether the
+  /// primitive stays.
   bool pose(Part& part, const Wanted& wanted);
   void morph(Part& part, const std::vector<double>& weights) const;
   void follow_joints(Part& part, const Skin& skin) const;
-  /// The triangles of a primitive; those of which most corners are mirrored have two of their corners exchanged, so that their
-  /// fronts stay in front.
+  /// The triangles of a primitive; those of which most corners are mirrored have two of their
+  /// corners exchanged, so that their fronts stay in front.
   static TriangleIndices facing(const Connections& connections, const std::vector<bool>& mirrored);
   /// Renumbers `indices` to the vertices they use; returns those, or nothing when they use all of
   /// them.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Morph targets: differences that weights add to the attributes of a mesh. Animations have set the weights.
+// Morph targets: differences that weights add to the attributes of a mesh. Animations have set the
+// weights.
 #pragma once
 #include <map>
 #include <string>

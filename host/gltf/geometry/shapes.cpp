@@ -28,7 +28,8 @@ const Json& listed_shape(const Json& document, const JsonView& view) {
   const Json* const shapes =
       list == nullptr ? nullptr : as_array({.value = *list, .kind = kShapeListExtension}, "shapes");
   const std::size_t count = shapes == nullptr ? 0 : size_of(*shapes);
-  const std::size_t index = as_index(view, "shape", count, "shape").value_or(0);  // refuses any of a list that is not there
+  // Refuses any of a list that is not there.
+  const std::size_t index = as_index(view, "shape", count, "shape").value_or(0);
   return element(*shapes, index);
 }
 

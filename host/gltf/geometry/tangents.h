@@ -22,7 +22,8 @@ namespace eikon {
 /// their neighbours, those whose corners coincide that of a good corner there. Where nothing is
 /// left to take, the tangent is the x axis brought into the plane of the normal (in his code the x
 /// axis itself, which may be the normal), and w is 1.
-/// image_from_uv  rows of the linear map from the texture coordinates to the image whose axes the tangents follow; it has an inverse
+/// image_from_uv  rows of the linear map from the texture coordinates to the image whose axes the
+///                tangents follow; it has an inverse
 /// throws InputError above 2^32 corners
 void make_tangents(Primitive& primitive, std::size_t uv_set, const std::array<float, 4>& image_from_uv = {1, 0, 0, 1});
 

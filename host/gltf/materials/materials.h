@@ -18,8 +18,8 @@ class MaterialReader {
  public:
   /// Appends all materials of the checked document to `scene.materials`, which keep their numbers.
   /// Factors outside their legal ranges are brought into them and named in `notes`. All arguments
-  /// outlive the reader. A material of which something cannot be read, as a value that single precision
-  /// cannot hold, is added to `wrong`, which is the document's.
+  /// outlive the reader. A material of which something cannot be read, as a value that single
+  /// precision cannot hold, is added to `wrong`, which is the document's.
   MaterialReader(const Document& document, WrongParts& wrong, TextureReader& textures, MeasuredReader& measured,
                  Scene& scene, Notes& notes);
 

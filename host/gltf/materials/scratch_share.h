@@ -7,13 +7,14 @@
 
 namespace eikon {
 
-/// The memory that decoders on several threads may take beside their images. A decoder waits while those
-/// at work leave too little of it; one that needs more than there is works alone.
+/// The memory that decoders on several threads may take beside their images. A decoder waits while
+/// those at work leave too little of it; one that needs more than there is works alone.
 class ScratchShare {
  public:
   explicit ScratchShare(std::uint64_t bytes) : bytes_(bytes), left_(bytes) {}
 
-  /// Calls `work`, which takes up to `bytes` of the memory while it runs and waits for no other caller.
+  /// Calls `work`, which takes up to `bytes` of the memory while it runs and waits for no other
+  /// caller.
   template <class Work>
   void with(std::uint64_t bytes, const Work& work) {
     const Part part(*this, std::min(bytes, bytes_));

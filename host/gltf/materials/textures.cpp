@@ -319,7 +319,8 @@ std::vector<std::string> TextureReader::decode_images(std::size_t first) {
   return damages;
 }
 
-// Textures know images by their indices, so a fallback moves to the index of the image that it replaces.
+// Textures know images by their indices, so a fallback moves to the index of the image that it
+// replaces.
 void TextureReader::replace_damaged(const std::vector<std::string>& damages) {
   std::map<std::uint32_t, std::uint32_t> fallback_of;  // both are indices into scene_.images
   for (std::uint32_t i = 0; i < damages.size(); ++i)

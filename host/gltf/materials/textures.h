@@ -50,9 +50,9 @@ class TextureReader {
   /// from its image by decode(). throws InputError: the budget
   Texture roughness_of(const Texture& glossy, float glossiness);
 
-  /// Fills the pixels of `scene.images`, on all processors. Where those of an image that an extension names
-  /// are damaged, and the texture has an image of its own, they become that one's, which is noted.
-  /// throws InputError with the image, in the order of their first use
+  /// Fills the pixels of `scene.images`, on all processors. Where those of an image that an
+  /// extension names are damaged, and the texture has an image of its own, they become that one's,
+  /// which is noted. throws InputError with the image, in the order of their first use
   void decode();
 
  private:

@@ -16,15 +16,15 @@
 
 namespace eikon {
 
-/// A skin at the pose of the scene. The vertices of a mesh with it are in the world's coordinates, whatever the transform
-/// of its node [glTF 2.0, section 3.7.3.3].
+/// A skin at the pose of the scene. The vertices of a mesh with it are in the world's coordinates,
+/// whatever the transform of its node [glTF 2.0, section 3.7.3.3].
 struct Skin {
   std::string label;               // "skin 'arm'"
   std::vector<glm::dmat4> joints;  // world_from_mesh of each: finite, affine
 };
 
-/// The skin that counts for the mesh of a node; nothing if it has none, or if none of the mesh's primitives has
-/// joints, so that it stands as if it had none.
+/// The skin that counts for the mesh of a node; nothing if it has none, or if none of the mesh's
+/// primitives has joints, so that it stands as if it had none.
 [[nodiscard]] std::optional<std::size_t> skin_of(const Document& document, const GltfNode& node);
 
 /// Notes a node whose skin does not count, because its mesh has no joints.
@@ -43,7 +43,8 @@ class SkinReader {
   SkinReader(const Document& document, const AccessorTable& accessors, const std::vector<PlacedNode>& placed,
              Notes& notes);
 
-  /// throws InputError: a skin that is wrong, without joints, with matrices that are too few or not finite,
+  /// throws InputError: a skin that is wrong, without joints, with matrices that are too few or not
+  /// finite,
   ///        more joints than kMaxJoints in all
   const Skin& operator[](std::size_t skin);
 

@@ -8,8 +8,8 @@
 
 namespace eikon {
 
-/// A prefix code. Streams have the bits of a code from its first to its last, and numbers from their
-/// lowest bit.
+/// A prefix code. Streams have the bits of a code from its first to its last, and numbers from
+/// their lowest bit.
 class HuffmanCode {
  public:
   HuffmanCode() = default;  // of no symbols

@@ -14,7 +14,8 @@
 namespace eikon {
 namespace {
 
-// Values of VkFormat, of the header's supercompressionScheme, and of the colour models that describe a format.
+// Values of VkFormat, of the header's supercompressionScheme, and of the colour models that
+// describe a format.
 constexpr std::uint32_t kUndefined = 0, kRgb8 = 23, kRgb8Srgb = 29, kRgba8 = 37, kRgba8Srgb = 43;
 constexpr std::uint32_t kNoScheme = 0, kBasisLz = 1, kZstandard = 2;
 constexpr std::uint32_t kEtc1sModel = 163, kUastcModel = 166;

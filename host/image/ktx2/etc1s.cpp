@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// ETC1S under BasisLZ [KTX 2.0, "BasisLZ Bitstream Specification"]. A block is a pair of indices: of
-// an endpoint (a colour and how far its four shades lie apart) and of a selector (which shade each
-// pixel has). Endpoints are predicted from neighbours, selectors from those used before.
+// ETC1S under BasisLZ [KTX 2.0, "BasisLZ Bitstream Specification"]. A block is a pair of indices:
+// of an endpoint (a colour and how far its four shades lie apart) and of a selector (which shade
+// each pixel has). Endpoints are predicted from neighbours, selectors from those used before.
 #include <algorithm>
 #include <array>
 #include <vector>
@@ -195,7 +195,8 @@ std::array<std::array<std::uint8_t, 3>, 4> shades(const Endpoint& endpoint) {
   return out;
 }
 
-/// Decodes a slice: colours, or alpha in the green of its colours, into pixels that have the colours.
+/// Decodes a slice: colours, or alpha in the green of its colours, into pixels that have the
+/// colours.
 void decode_slice(const Codebooks& books, std::span<const std::byte> bytes, bool alpha, const BlockPicture& picture) {
   BitReader reader(bytes);
   EndpointIndices endpoints(books, picture.columns());

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // UASTC, whose blocks of 128 bits are those of ASTC in 19 fixed modes [Basis Universal, "UASTC
-// Texture Specification"; Khronos Data Format Specification, "ASTC Compressed Texture Image Formats"].
+// Texture Specification"; Khronos Data Format Specification, "ASTC Compressed Texture Image
+// Formats"].
 #include <algorithm>
 #include <array>
 
@@ -154,7 +155,8 @@ std::uint32_t unquantized(std::uint32_t low, std::uint32_t digit, const Mode& mo
 /// Low and high values of each component of each subset, in turns.
 std::array<std::uint8_t, 18> read_endpoints(Block& block, const Mode& mode) {
   const std::uint32_t count = 2 * mode.components * mode.subsets;
-  // Digits of base 3 come first, five in 8 bits, or those of base 5, three in 7; fewer take fewer bits.
+  // Digits of base 3 come first, five in 8 bits, or those of base 5, three in 7; fewer take fewer
+  // bits.
   constexpr std::uint32_t kBitsOfTrits[6]{0, 2, 4, 5, 7, 8}, kBitsOfQuints[4]{0, 3, 5, 7};
   const std::uint32_t group = mode.base == 3 ? 5 : 3;
   std::array<std::uint32_t, 18> digits{};

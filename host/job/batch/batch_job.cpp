@@ -31,8 +31,10 @@ std::vector<std::string> arguments_of(std::vector<std::string> words) {
   if (!words.empty() && (words.front() == "eikon" || fs::path(words.front()).filename() == "eikon"))
     words.erase(words.begin());
   if (words.empty()) return words;
-  static const std::set<std::string> others = {"batch",   "merge",  "info",   "devices",    "compare", "selftest", "bench", "meter",
-                                               "measure", "report", "view", "completion", "man"};  // no scene has such a name
+  static const std::set<std::string> others = {"batch", "merge", "info", "devices", "compare", "selftest", "bench",
+                                               "meter",
+                                               // No scene has such a name.
+                                               "measure", "report", "view", "completion", "man"};
   if (others.count(words.front()) != 0)
     throw UsageError(fmt::format("'{}' cannot be in a batch: its lines are renders, SCENE and flags", words.front()));
   if (words.front() == "render") words.erase(words.begin());

@@ -40,8 +40,8 @@ struct BatchJob {
 /// Reads the words behind `eikon render`. throws UsageError
 using ParseRender = std::function<RenderOptions(std::vector<std::string>)>;
 
-/// Parses every line of `text`. Jobs whose line does not parse have failed, with a message. A line with --frames
-/// becomes a job for each frame.
+/// Parses every line of `text`. Jobs whose line does not parse have failed, with a message. A line
+/// with --frames becomes a job for each frame.
 [[nodiscard]] std::vector<BatchJob> read_jobs(std::string_view text, const ParseRender& parse);
 
 /// The jobs of the frames that `options` ask for. line: of the jobs file, or 0
@@ -49,7 +49,8 @@ using ParseRender = std::function<RenderOptions(std::vector<std::string>)>;
 [[nodiscard]] std::vector<BatchJob> read_frames(const RenderOptions& options, std::size_t line,
                                                 const ParseRender& parse);
 
-/// "jobs.txt:3", "jobs.txt:3, frame 12", or without a jobs file "line 3" or "frame 12", for messages.
+/// "jobs.txt:3", "jobs.txt:3, frame 12", or without a jobs file "line 3" or "frame 12", for
+/// messages.
 [[nodiscard]] std::string label_of(const BatchJob& job, const std::string& jobs_file = {});
 
 /// Checks that the jobs' outputs do not collide, and sets `writers`.

@@ -164,7 +164,8 @@ void BatchRun::put_last(BatchJob& job) {
   waiting_ = std::move(others);
 }
 
-/// A job that did not write what this one reads, or nullptr. To be called while no other job is in hand.
+/// A job that did not write what this one reads, or nullptr. To be called while no other job is in
+/// hand.
 const BatchJob* BatchRun::failed_writer(const BatchJob& job) const {
   for (const std::size_t writer : job.writers)
     if (jobs_[writer].state != JobState::done && jobs_[writer].state != JobState::skipped) return &jobs_[writer];

@@ -31,7 +31,8 @@ class BatchRun {
   BatchRun(std::vector<BatchJob>& jobs, const BatchSettings& settings, Ledger& ledger, BatchProgress& progress,
            const std::atomic<bool>& stop);
   /// Returns when every job is over or, after `stop`, the running ones have ended.
-  /// throws what ended a worker, such as a thread that cannot be started; the other workers have then ended too
+  /// throws what ended a worker, such as a thread that cannot be started; the other workers have
+  /// then ended too
   void run();
   /// True if every event could be written to the ledger.
   [[nodiscard]] bool ledger_is_whole() const { return ledger_is_whole_; }

@@ -26,8 +26,8 @@ using nlohmann::json;
   throw InputError(fmt::format("{}: {}", path.string(), what));
 }
 
-/// True for the beginning of a ledger's first line, as a power failure leaves it: the line is not on the disk as a whole, or its
-/// place is filled with zeros.
+/// True for the beginning of a ledger's first line, as a power failure leaves it: the line is not
+/// on the disk as a whole, or its place is filled with zeros.
 bool is_begun(std::string_view text) {
   constexpr std::string_view kBegin = "{\"eikon\":";
   const std::size_t known = std::min(text.size(), kBegin.size());

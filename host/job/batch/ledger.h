@@ -10,10 +10,11 @@
 //
 // `line` and `job` say where the job stood and what it was. `key` is the hash of everything that
 // decides its outputs (job_key.h). `outputs` are the files as they were written, with the XXH64 of
-// their bytes; lines whose state is not "done" have their names only. A path is relative if the file lies below the folder
-// in which the batch runs, which is that of the jobs file, and else absolute. `path` and `job` have "\u0000ff" for a byte FF
-// that is not UTF-8 (name_to_utf8()). The last line about an output counts. "started" without a line after it means that the
-// process was killed.
+// their bytes; lines whose state is not "done" have their names only. A path is relative if the
+// file lies below the folder in which the batch runs, which is that of the jobs file, and else
+// absolute. `path` and `job` have "\u0000ff" for a byte FF that is not UTF-8 (name_to_utf8()). The
+// last line about an output counts. "started" without a line after it means that the process was
+// killed.
 #pragma once
 #include <cstdint>
 #include <filesystem>
@@ -47,7 +48,8 @@ struct LedgerEntry {
 /// Returns nothing if the text is no such line.
 [[nodiscard]] std::optional<LedgerEntry> parse_entry(const std::string& line);
 
-/// Describes the file as it is now, but for its path. throws InputError if it is absent or cannot be read
+/// Describes the file as it is now, but for its path. throws InputError if it is absent or cannot
+/// be read
 [[nodiscard]] LedgerOutput describe_output(const std::filesystem::path& path);
 
 /// The ledger of one batch, which no other process can use meanwhile.

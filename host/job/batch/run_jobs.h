@@ -23,10 +23,11 @@ struct BatchDisplay {
 [[nodiscard]] ExitCode run_jobs(std::vector<BatchJob>& jobs, const BatchSettings& settings,
                                 const std::filesystem::path& ledger, const BatchDisplay& display);
 
-/// Renders the frames that `options` ask for, each as a job of its own. Those that are done already are skipped.
-/// The ledger stands beside the images: walk_%04d.exr has walk_frames.ledger,
-/// and walk/%04d/a.exr has walk/a_frames.ledger.
-/// throws UsageError: names without a place for the frame's number, or that collide; InputError as run_jobs
+/// Renders the frames that `options` ask for, each as a job of its own. Those that are done already
+/// are skipped. The ledger stands beside the images: walk_%04d.exr has walk_frames.ledger, and
+/// walk/%04d/a.exr has walk/a_frames.ledger.
+/// throws UsageError: names without a place for the frame's number, or that collide; InputError as
+/// run_jobs
 [[nodiscard]] ExitCode run_frames(const RenderOptions& options, const ParseRender& parse);
 
 }  // namespace eikon

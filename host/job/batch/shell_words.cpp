@@ -38,7 +38,8 @@ class Splitter {
   std::string word_;
   bool in_word_ = false;  // also in an empty one, ''
 
-  /// Returns the character so many places ahead without taking it; a newline at the end of the text.
+  /// Returns the character so many places ahead without taking it; a newline at the end of the
+  /// text.
   [[nodiscard]] char peek(std::size_t ahead = 0) const {
     return at_ + ahead < text_.size() ? text_[at_ + ahead] : '\n';
   }

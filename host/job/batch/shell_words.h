@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Splits the text of a batch, one command per line, into the words that a POSIX shell would pass on; and quotes words so
-// that such a split gives them back.
+// Splits the text of a batch, one command per line, into the words that a POSIX shell would pass
+// on; and quotes words so that such a split gives them back.
 #pragma once
 #include <cstddef>
 #include <string>

@@ -22,7 +22,8 @@ std::vector<double> row_major(const glm::dmat4& m) {
   return values;
 }
 
-// The spaces of a camera are those of OpenEXR's standard attributes (ImfStandardAttributes.h), which are RenderMan's.
+// The spaces of a camera are those of OpenEXR's standard attributes (ImfStandardAttributes.h),
+// which are RenderMan's.
 
 /// From the space that glTF's cameras look along -Z of, which OpenEXR's look along +Z of.
 glm::dmat4 camera_from_world(const Camera& camera) {

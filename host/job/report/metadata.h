@@ -17,8 +17,8 @@ namespace eikon {
 /// Describes that, and what decides the noise: seed, range of samples, how light is sampled.
 [[nodiscard]] Metadata describe_image(const Prepared& prepared);
 
-/// Counts the samples that were rendered but left out of the film's sums, because their radiance was not finite or beyond the film's
-/// range. done: all samples that were rendered
+/// Counts the samples that were rendered but left out of the film's sums, because their radiance
+/// was not finite or beyond the film's range. done: all samples that were rendered
 [[nodiscard]] std::uint64_t rejected_in(const Film& film, const SampleSet& done);
 
 /// Adds what a film holds: its samples, how many of them were rejected, and the classes of

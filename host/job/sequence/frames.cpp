@@ -31,7 +31,8 @@ void for_each_place(const std::string& name, const Place& place) {
   }
 }
 
-/// The flags and names of the files that a render writes, or keeps; empty names are of files that it has not.
+/// The flags and names of the files that a render writes, or keeps; empty names are of files that
+/// it has not.
 std::array<std::pair<const char*, std::string*>, 7> names_of(RenderOptions& options) {
   return {{{"-o", &options.output},
            {"--png", &options.png.file},

@@ -15,7 +15,8 @@ struct FrameRange {
   [[nodiscard]] std::uint64_t count() const { return (last - first) / step + 1; }
 };
 
-/// True if a name has a place for the number of a frame: "%d", or "%04d" for four digits with zeros in front.
+/// True if a name has a place for the number of a frame: "%d", or "%04d" for four digits with zeros
+/// in front.
 [[nodiscard]] bool has_number(const std::string& name);
 
 /// The name with the number of a frame in its places. A '%' that begins no such place stays.
@@ -23,7 +24,8 @@ struct FrameRange {
 
 /// throws UsageError where --force has nothing that it could mean
 void require_frames_for_force(const RenderOptions& options);
-/// Puts the number of the frame, if --frame gives one, into the names of the files that a render writes.
+/// Puts the number of the frame, if --frame gives one, into the names of the files that a render
+/// writes.
 void number_outputs(RenderOptions& options);
 
 /// throws UsageError if --frames asks for a file that every frame would write anew

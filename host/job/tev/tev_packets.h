@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Messages to the image viewer tev <https://github.com/Tom94/tev>, in the protocol of its --hostname: CreateImage and,
-// since its version 1.15, UpdateImageV3.
+// Messages to the image viewer tev <https://github.com/Tom94/tev>, in the protocol of its
+// --hostname: CreateImage and, since its version 1.15, UpdateImageV3.
 #pragma once
 #include <cstdint>
 #include <functional>
@@ -24,8 +24,8 @@ struct TevPlace {
 /// A message that makes the viewer open a new image, in the place of one of the same name.
 [[nodiscard]] std::string tev_create(const TevImage& image);
 
-/// Hands `send` the messages that set all pixels and channels of `part` in the image of that name, one after the other. Each has
-/// some rows, of about a megabyte.
+/// Hands `send` the messages that set all pixels and channels of `part` in the image of that name,
+/// one after the other. Each has some rows, of about a megabyte.
 void tev_update(const std::string& name, const Image& part, TevPlace at,
                 const std::function<void(const std::string&)>& send);
 

@@ -18,7 +18,8 @@
 namespace eikon {
 namespace {
 
-// Seconds without a byte that the viewer takes: while the render goes on, and when only the last picture is left.
+// Seconds without a byte that the viewer takes: while the render goes on, and when only the last
+// picture is left.
 constexpr double kPatience_s = 10, kLastPatience_s = 5;
 constexpr double kMostAtEnd_s = 60;  // that the end of a render waits for a viewer that reads slowly
 constexpr double kReserve_s = 1;     // for the thread to notice that the time is over

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shows a growing image in the viewer tev. A thread beside the render sends; neither a viewer that is slow nor one that
-// is not there holds the render up or changes it.
+// Shows a growing image in the viewer tev. A thread beside the render sends; neither a viewer that
+// is slow nor one that is not there holds the render up or changes it.
 #pragma once
 #include <memory>
 #include <string>
@@ -24,16 +24,16 @@ struct TevTarget {
 
 class TevViewer {
  public:
-  /// Begins to connect. log: takes one line if the viewer cannot be reached, closes, or does not read; called by the
-  /// thread that calls attach()'s hooks or close()
+  /// Begins to connect. log: takes one line if the viewer cannot be reached, closes, or does not
+  /// read; called by the thread that calls attach()'s hooks or close()
   TevViewer(TevTarget target, Log log);
   /// Ends the connection at once.
   ~TevViewer();
   TevViewer(const TevViewer&) = delete;
   TevViewer& operator=(const TevViewer&) = delete;
 
-  /// Sends the render's picture as it grows. The devices wait while it is copied, for at most one fiftieth of the time, and only
-  /// when all of the one before has been sent.
+  /// Sends the render's picture as it grows. The devices wait while it is copied, for at most one
+  /// fiftieth of the time, and only when all of the one before has been sent.
   void attach(RenderHooks& hooks);
   /// Begins to send the last picture. exr: the target's, with the denoised picture if there is one
   void show_last(const Film& film, const ExrOptions& exr);

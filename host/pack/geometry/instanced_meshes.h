@@ -15,7 +15,8 @@
 
 namespace eikon {
 
-/// A mesh of several nodes that can be stored once for all of them. Nodes that mirror it and nodes that do not have an entry each.
+/// A mesh of several nodes that can be stored once for all of them. Nodes that mirror it and nodes
+/// that do not have an entry each.
 struct InstancedMesh {
   std::uint32_t mesh = 0;
   bool mirrored = false;
@@ -51,8 +52,9 @@ struct InstancedMeshes {
 /// Finds the meshes of two nodes and more. Left out are meshes that emit (each instance is a light
 /// of its own), that rays may pass, and that contain a medium (camera_medium.h counts triangles of
 /// the world); and nodes that flatten a mesh, or move it so far away that triangles lose their area
-/// to rounding; and all where triangles move while the shutter is open. The answer depends on the scene alone, and corners of these
-/// instances have the bits of instance_transform.h however they are stored.
+/// to rounding; and all where triangles move while the shutter is open. The answer depends on the
+/// scene alone, and corners of these instances have the bits of instance_transform.h however they
+/// are stored.
 [[nodiscard]] InstancedMeshes find_instanced_meshes(const Scene& scene);
 
 /// The decision about --instances: whether such meshes are stored once, in two levels of trees.

@@ -92,7 +92,8 @@ class GeometryPacker {
         for (Primitive& primitive : (*release_)[scene_.nodes[instance.node].mesh].primitives) let_go(primitive);
   }
 
-  /// Packs what emits, and of everything else only the bounds. full: called whenever there are many triangles
+  /// Packs what emits, and of everything else only the bounds. full: called whenever there are many
+  /// triangles
   void pack_emitters(const std::function<void()>& full) {
     full_ = full;
     instanced_ = find_instanced_meshes(scene_);
@@ -186,7 +187,8 @@ class GeometryPacker {
                     repeats ? "store meshes once (--instances two-level)" : "use fewer instances or simpler meshes"));
   }
 
-  /// Adds triangles: for each instance with vertices in the world, or once with those in object space.
+  /// Adds triangles: for each instance with vertices in the world, or once with those in object
+  /// space.
   void add_triangles(const WorldVertices& at, const Primitive& primitive, const InstancedMesh& mesh, std::uint32_t node,
                      std::size_t& number, bool in_world) {
     const std::uint32_t flags = surface_flags(scene_.materials[primitive.material], &primitive);

@@ -38,7 +38,8 @@ void mark_differences(const PackedScene& a, const PackedScene& b, std::vector<ch
   });
 }
 
-/// Writes the records of pose k of the triangles that move. first_records: of each triangle, 0 if it stands still
+/// Writes the records of pose k of the triangles that move. first_records: of each triangle, 0 if
+/// it stands still
 void write_pose(const PackedScene& pose, std::size_t k, std::span<const std::uint32_t> first_records,
                 PackedScene& packed) {
   grow(packed.bounds, pose.bounds.lo);

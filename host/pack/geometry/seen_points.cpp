@@ -32,7 +32,8 @@ double wrapped(double turns, Wrap wrap) {
   return rest > 1 ? 2 - rest : rest;
 }
 
-/// The texel nearest to the place on a triangle, R, G, B and A in [0, 1]; colours linear to a few per cent.
+/// The texel nearest to the place on a triangle, R, G, B and A in [0, 1]; colours linear to a few
+/// per cent.
 glm::dvec4 texel_at(const Scene& scene, const Texture& texture, const WorldTriangle& triangle, double u, double v) {
   const SharedVector<glm::vec2>& uvs = triangle.primitive->uv[texture.uv_set];
   const glm::vec3 uv(uvs.empty() ? glm::vec2(0) : interpolate(uvs, triangle, u, v), 1.0F);
@@ -62,8 +63,8 @@ void visit_box(const Shape& shape, const std::function<void(const WorldTriangle&
       visit({.corners = {corner(half[0]), corner(half[1]), corner(half[2])}, .material = shape.material});
 }
 
-/// A pinhole or orthographic picture that keeps the nearest triangle of each pixel. Camera space: +X
-/// right, +Y up, and the camera looks along -Z.
+/// A pinhole or orthographic picture that keeps the nearest triangle of each pixel. Camera space:
+/// +X right, +Y up, and the camera looks along -Z.
 class CoarsePicture {
  public:
   CoarsePicture(const Camera& camera, double aspect, std::uint32_t pixels, Culling culling)

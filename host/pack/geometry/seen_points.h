@@ -12,8 +12,8 @@
 
 namespace eikon {
 
-/// A triangle of a node, in the world. A shape is shown by the box around it, whose triangles have no
-/// `primitive`.
+/// A triangle of a node, in the world. A shape is shown by the box around it, whose triangles have
+/// no `primitive`.
 struct WorldTriangle {
   glm::dvec3 corners[3];  // world, metres
   std::uint32_t material = 0;
@@ -42,8 +42,9 @@ struct SeenPoint {
   bool unlit = false;     // shows its colour without light
 };
 
-/// The surfaces at the middles of the pixels of a picture of about a thousand pixels. Pixels that show
-/// no surface have no point. A lens counts as a pinhole. settings: camera, width, height, culling
+/// The surfaces at the middles of the pixels of a picture of about a thousand pixels. Pixels that
+/// show no surface have no point. A lens counts as a pinhole. settings: camera, width, height,
+/// culling
 [[nodiscard]] std::vector<SeenPoint> seen_points(const Scene& scene, const Settings& settings);
 
 }  // namespace eikon

@@ -6,11 +6,11 @@
 
 namespace eikon {
 
-/// The radiance that white paper would have where the scene shows surfaces: the mean of what arrives
-/// at the points that a camera sees, over pi, each point counted with at most 1. It is an estimate
-/// for defaults: lights cast no shadows, nothing is reflected, and what the points emit themselves
-/// does not count. It is +inf if everything seen is unlit or emits, or if lights without an end
-/// (emissive planes, formulas) shine. The environment is left out.
+/// The radiance that white paper would have where the scene shows surfaces: the mean of what
+/// arrives at the points that a camera sees, over pi, each point counted with at most 1. It is an
+/// estimate for defaults: lights cast no shadows, nothing is reflected, and what the points emit
+/// themselves does not count. It is +inf if everything seen is unlit or emits, or if lights without
+/// an end (emissive planes, formulas) shine. The environment is left out.
 /// settings: camera, width, height, culling
 [[nodiscard]] double arriving_light(const Scene& scene, const Settings& settings);
 

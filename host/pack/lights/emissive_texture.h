@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The mean emission of triangles with textures or with openings, by which light sampling chooses among them.
+// The mean emission of triangles with textures or with openings, by which light sampling chooses
+// among them.
 #pragma once
 #include <array>
 #include <glm/glm.hpp>
@@ -15,9 +16,9 @@ class EmissiveTextures {
  public:
   explicit EmissiveTextures(const PackedScene& packed) : packed_(packed) {}
 
-  /// Mean over triangle `index` and over R, G and B of its material's emission times its opacity, W / (sr m^2). It is
-  /// an estimate from points spread over the triangle, but 0 if and only if no texel that a lookup
-  /// can touch emits, so that every lit place is sampled.
+  /// Mean over triangle `index` and over R, G and B of its material's emission times its opacity, W
+  /// / (sr m^2). It is an estimate from points spread over the triangle, but 0 if and only if no
+  /// texel that a lookup can touch emits, so that every lit place is sampled.
   [[nodiscard]] double mean_emission(std::uint32_t index);
   /// The same for a shape's record, as if it showed every part of the texture equally.
   [[nodiscard]] double mean_emission_of_whole_texture(std::uint32_t index);

@@ -17,16 +17,18 @@ namespace eikon {
 /// The middle of a light that is a triangle or a parallelogram.
 [[nodiscard]] glm::dvec3 middle_of(const Light& light);
 
-/// The section of the sphere around a scene, which parallel light meets; 1 for a scene without extent, because then any will do.
+/// The section of the sphere around a scene, which parallel light meets; 1 for a scene without
+/// extent, because then any will do.
 [[nodiscard]] double section_m2(const Bounds& bounds);
 
-/// The factor for the power of distant lights where one light is chosen by power. Their flux enters the whole scene, and most of
-/// it misses what is seen. So distant lights together count no more than local lights do; otherwise a lamp under an open sky
-/// would hardly ever be chosen. local, distant: sums of powers
+/// The factor for the power of distant lights where one light is chosen by power. Their flux enters
+/// the whole scene, and most of it misses what is seen. So distant lights together count no more
+/// than local lights do; otherwise a lamp under an open sky would hardly ever be chosen. local,
+/// distant: sums of powers
 [[nodiscard]] double scale_of_distant(double local, double distant);
 
-/// Shares the probability of all lights that have a place among their entries by flux. Of lights in a tree it depends on the
-/// shading point, and the summary says the share of the power.
+/// Shares the probability of all lights that have a place among their entries by flux. Of lights in
+/// a tree it depends on the shading point, and the summary says the share of the power.
 void share_by_flux(double probability, std::vector<PackedLight>& summary);
 
 struct FoundLight {
@@ -45,11 +47,12 @@ class LightFinder {
   LightFinder(const Scene& scene, const Features& features, const Settings& settings, PackedScene& packed,
               std::function<void(const FoundLight&)> take);
 
-  /// Finds lights among packed.triangles but for the shapes', and returns how many triangles it looked at. more_follow: the
-  /// last triangle may belong together with one that follows, and is then left
+  /// Finds lights among packed.triangles but for the shapes', and returns how many triangles it
+  /// looked at. more_follow: the last triangle may belong together with one that follows, and is
+  /// then left
   std::size_t find_triangles(bool more_follow);
-  /// Finds shapes, lights without extent and the environment. To be called when the bounds are known.
-  /// throws InputError for an environment that is too large or too bright
+  /// Finds shapes, lights without extent and the environment. To be called when the bounds are
+  /// known. throws InputError for an environment that is too large or too bright
   void find_others();
 
  private:

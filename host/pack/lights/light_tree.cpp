@@ -180,8 +180,8 @@ class Builder {
     return range.begin + range.count() / 2;
   }
 
-  /// Writes the nodes of a range's tree from `place` on, one fewer than it has lights. Threads share the work; each sum is
-  /// taken in the same order whoever takes it.
+  /// Writes the nodes of a range's tree from `place` on, one fewer than it has lights. Threads
+  /// share the work; each sum is taken in the same order whoever takes it.
   Sum node(Range range, std::size_t place, int depth) {
     if (range.count() == 1) {
       Sum leaf;

@@ -36,8 +36,8 @@ bool separates(const glm::dvec3& axis, const std::array<glm::dvec3, 3>& a, const
 
 }  // namespace
 
-// Convex bodies do not meet if and only if some axis separates them; for triangles one of these does [Gottschalk, Lin, Manocha
-// 1996, "OBBTree", section 5].
+// Convex bodies do not meet if and only if some axis separates them; for triangles one of these
+// does [Gottschalk, Lin, Manocha 1996, "OBBTree", section 5].
 bool triangles_meet(const std::array<glm::dvec3, 3>& a, const std::array<glm::dvec3, 3>& b) {
   if (!boxes_meet(low(a), high(a), low(b), high(b))) return false;
   const auto edges = [](const std::array<glm::dvec3, 3>& c) {

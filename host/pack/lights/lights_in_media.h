@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds lights that may shine within a solid. A light path begins outside of all solids, so none can start from these.
+// Finds lights that may shine within a solid. A light path begins outside of all solids, so none
+// can start from these.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -10,8 +11,8 @@
 
 namespace eikon {
 
-/// Finds them in one packed scene. A big scene has too many triangles to look at for each light: after about a second it says of
-/// every light that it may.
+/// Finds them in one packed scene. A big scene has too many triangles to look at for each light:
+/// after about a second it says of every light that it may.
 class LightsInMedia {
  public:
   /// matters  false if no solid absorbs or has a priority: then none is found
@@ -19,16 +20,18 @@ class LightsInMedia {
 
   /// True if a place is within a solid.
   [[nodiscard]] bool holds(const glm::dvec3& place);
-  /// True if a light of a surface may shine within a solid: its middle is within one, the surface of one cuts it, or it is that surface
-  /// and shines to both sides. Shapes are taken for their boxes.
+  /// True if a light of a surface may shine within a solid: its middle is within one, the surface
+  /// of one cuts it, or it is that surface and shines to both sides. Shapes are taken for their
+  /// boxes.
   [[nodiscard]] bool may_hold(const Light& light);
 
  private:
   using Corners = std::array<glm::dvec3, 3>;
 
   [[nodiscard]] bool has_time();
-  /// Calls meets(corners, whether it is a shape) for the triangles and shapes of solids, but for the surface that the record is part
-  /// of, until it is true. The first two corners of a shape are those of its box.
+  /// Calls meets(corners, whether it is a shape) for the triangles and shapes of solids, but for
+  /// the surface that the record is part of, until it is true. The first two corners of a shape are
+  /// those of its box.
   template <class Meets>
   [[nodiscard]] bool any_other_solid(const Triangle& record, const Meets& meets);
   [[nodiscard]] bool cuts(const Corners& triangle, const Triangle& record);

@@ -17,7 +17,8 @@ namespace {
 
 constexpr double kSmoothRoughness = 0.011;  // whose square is below EK_SMOOTH_ALPHA of kernels/bsdf/microfacet.h
 constexpr float kMostRoughness = 0.5F, kLeastSpecularShare = 0.5F;  // of rough targets
-// Texels this many times as bright as the mean are small lights, if together they bring at least that share of the light.
+// Texels this many times as bright as the mean are small lights, if together they bring at least
+// that share of the light.
 constexpr double kSmallLightContrast = 64, kSmallLightShare = 1.0 / 16;
 constexpr double kSmallTarget = 1.0 / 8;  // of the scene's radius: smaller targets are not divided
 
@@ -34,7 +35,8 @@ struct Ball {
   double radius = 0;
 };
 
-/// The ball around the middle of the pieces' bounds. It may be larger than the least one: around a regular tetrahedron by up to a third.
+/// The ball around the middle of the pieces' bounds. It may be larger than the least one: around a
+/// regular tetrahedron by up to a third.
 Ball ball_around(std::span<const Piece> pieces) {
   Bounds bounds;
   for (const Piece& piece : pieces)
@@ -126,7 +128,8 @@ class Targets {
     divide(0);
   }
 
-  /// Divides the largest clusters until none is larger than that, or there are as many as there may be.
+  /// Divides the largest clusters until none is larger than that, or there are as many as there may
+  /// be.
   void divide(double small) {
     // The box of a shape or an instance stays whole.
     const auto radius_of = [](const std::vector<Piece>& cluster) {
@@ -157,7 +160,8 @@ double cone_of(const Ball& ball, const glm::dvec3& from) {
   return sin2 < 1 ? sin2 / (1 + std::sqrt(1 - sin2)) : 2;
 }
 
-/// Number of targets that a line through one of them meets, in the mean over targets, weighted by what they cover, and the axes.
+/// Number of targets that a line through one of them meets, in the mean over targets, weighted by
+/// what they cover, and the axes.
 double overlap_of(std::span<const Ball> balls) {
   double met = 0, covered = 0;
   for (const Ball& ball : balls) {

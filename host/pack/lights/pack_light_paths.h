@@ -7,33 +7,37 @@
 
 namespace eikon {
 
-/// True if the material reflects or refracts light exactly, so that no sampling of lights finds what is lit through it.
+/// True if the material reflects or refracts light exactly, so that no sampling of lights finds
+/// what is lit through it.
 [[nodiscard]] bool is_exact_light_target(const Material& material);
-/// True if it does so nearly, by most of its light: its roughness is at most 0.5. Sampling of lights finds what is lit by it, but the
-/// less well the less rough it is.
+/// True if it does so nearly, by most of its light: its roughness is at most 0.5. Sampling of
+/// lights finds what is lit by it, but the less well the less rough it is.
 [[nodiscard]] bool is_rough_light_target(const Material& material);
 /// True if light paths are aimed at it: either of these.
 [[nodiscard]] bool is_light_target(const Material& material);
-/// True if light paths find some light that no path from the camera does: that of a bulb, a spot or a sun, which no ray meets, by way
-/// of a surface that reflects or refracts exactly.
+/// True if light paths find some light that no path from the camera does: that of a bulb, a spot or
+/// a sun, which no ray meets, by way of a surface that reflects or refracts exactly.
 [[nodiscard]] bool only_light_paths_find_some(const Scene& scene);
 
-/// True if an environment has lights so small and bright, as the sun is, that paths from the camera which leave glass
-/// or a mirror seldom meet what lights the scene.
+/// True if an environment has lights so small and bright, as the sun is, that paths from the camera
+/// which leave glass or a mirror seldom meet what lights the scene.
 [[nodiscard]] bool has_small_lights(const EnvironmentMap& map);
 
-/// The power of two among those that emission_aim may have (aim_mark of kernels/lights/light_path.h) next to another one.
+/// The power of two among those that emission_aim may have (aim_mark of
+/// kernels/lights/light_path.h) next to another one.
 [[nodiscard]] float aim_within_bounds(float aim);
 
 /// A light as the choice of where light paths start sees it.
 struct LightPathSource {
-  double radiance_area = 0;  // W / sr: of a surface its mean radiance times its area, else its intensity; 0: none starts
+  // W / sr: of a surface its mean radiance times its area, else its intensity; 0: none starts.
+  double radiance_area = 0;
   double irradiance = 0;     // W / m^2, of parallel light
   double area_m2 = 0;        // of a surface, else 0
   glm::dvec3 place{0.0};     // its middle, if it has one
 };
 
-/// Finds the targets, and makes the table that chooses lights in proportion to what they send towards them.
+/// Finds the targets, and makes the table that chooses lights in proportion to what they send
+/// towards them.
 /// emitters  of packed.lights, in their order
 void pack_light_paths(std::span<const Material> materials, std::span<const LightPathSource> emitters, PackedScene& packed);
 

@@ -67,7 +67,8 @@ class LightPacker {
   }
 
  private:
-  /// Reserves places for all lights that there can be, since vectors that grow need both the old and the new memory.
+  /// Reserves places for all lights that there can be, since vectors that grow need both the old
+  /// and the new memory.
   void make_room() {
     const auto emissive = std::ranges::count_if(packed_.triangles,
                                                 [&](const Triangle& t) { return emits(scene_.materials[t.material]); });
@@ -100,7 +101,8 @@ class LightPacker {
     name_lights(packed_.tree_light_count);
   }
 
-  /// Moves light from[i] to place i, for all i, cycle by cycle: a copy of millions of lights would be a peak of memory.
+  /// Moves light from[i] to place i, for all i, cycle by cycle: a copy of millions of lights would
+  /// be a peak of memory.
   void put_in_order(std::vector<std::uint32_t> from) {
     for (std::uint32_t first = 0; first < from.size(); ++first) {
       const Light light = packed_.lights[first];
@@ -129,9 +131,10 @@ class LightPacker {
     }
   }
 
-  /// Prepares the start of light paths. None starts from an environment without small lights, from lights of a limited range,
-  /// whose light fades in a way that does not go on behind glass, or from what may shine within a solid that absorbs or has a priority. A plane
-  /// without end may lie before any place that parallel light could start from.
+  /// Prepares the start of light paths. None starts from an environment without small lights, from
+  /// lights of a limited range, whose light fades in a way that does not go on behind glass, or
+  /// from what may shine within a solid that absorbs or has a priority. A plane without end may lie
+  /// before any place that parallel light could start from.
   void start_light_paths() {
     bool endless = false;
     for (std::size_t i = packed_.triangle_count(); i < packed_.triangles.size(); ++i)

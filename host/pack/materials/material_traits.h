@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Traits are derived from a material: its lobe, the class of shading that its surfaces take, and its
-// rank among overlapping solids.
+// Traits are derived from a material: its lobe, the class of shading that its surfaces take, and
+// its rank among overlapping solids.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -20,11 +20,13 @@ namespace eikon {
 /// light are seen from both sides, because a path inside of glass has to meet its boundary.
 [[nodiscard]] bool is_single_sided(const Material& material);
 
-/// The class SHADING_* (records.h) of a surface. Kernels for one class leave out what it says that no surface of the class has
-/// (record_of_class in kernels/surface/material.h). primitive: null for shapes
+/// The class SHADING_* (records.h) of a surface. Kernels for one class leave out what it says that
+/// no surface of the class has (record_of_class in kernels/surface/material.h). primitive: null for
+/// shapes
 [[nodiscard]] std::uint32_t shading_class(const Material& material, const Primitive* primitive);
 
-/// The bits of a triangle's flags that depend on its material: the class, and EK_TRIANGLE_SINGLE_SIDED.
+/// The bits of a triangle's flags that depend on its material: the class, and
+/// EK_TRIANGLE_SINGLE_SIDED.
 [[nodiscard]] std::uint32_t surface_flags(const Material& material, const Primitive* primitive);
 
 /// Tells which primitives have an opacity below 1 somewhere, so that a ray may pass them: those

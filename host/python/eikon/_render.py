@@ -217,7 +217,8 @@ def render(scene: SceneLike, *, spp: Optional[int] = None, size: Optional[Tuple[
         raise _eikon.UsageError(f"progress: takes a function, not {type(progress).__name__}")
     folder = TemporaryFolder()
     file = folder.path / "render.exr"
-    # The program gets the names that the user gives, so that its checks before the render hold for them.
+    # The program gets the names that the user gives, so that its checks before the render hold for
+    # them.
     output, stats = (default if flags.get(key) is None else file_of(key, flags[key])
                      for key, default in (("output", file), ("stats", folder.path / "stats.json")))
     flags.update(output=output, stats=stats, spp=spp, size=size, fov=fov, look_at=look_at, env=env, aov=aov, samples=samples,

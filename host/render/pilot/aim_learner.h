@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Learns from the splats of a trial where light paths should start (guide/light_aim.h).
 //
-// A splat's square, over the even density of starts, samples the second moment of what light paths bring. With the starts of a bin made s
-// times as dense, its part of that moment is divided by s, and the sum over all bins is least if they are as dense as the root of their
-// part [Kahn and Marshall 1953]. What is learned from few splats holds for these splats more than for others, so it is weighed by
-// learning from each half of the trial, and looking at the other half.
+// A splat's square, over the even density of starts, samples the second moment of what light paths
+// bring. With the starts of a bin made s times as dense, its part of that moment is divided by s,
+// and the sum over all bins is least if they are as dense as the root of their part [Kahn and
+// Marshall 1953]. What is learned from few splats holds for these splats more than for others, so
+// it is weighed by learning from each half of the trial, and looking at the other half.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -31,7 +32,8 @@ class AimLearner {
   /// Adds what another trial of the same picture has found, with other starts: this one's are even.
   void add(const AimLearner& aimed);
 
-  /// Second moment with even starts over that with learned ones: of each half, by what the other half teaches.
+  /// Second moment with even starts over that with learned ones: of each half, by what the other
+  /// half teaches.
   [[nodiscard]] double gain() const;
   /// Learns from both halves.
   [[nodiscard]] LightAim result() const;

@@ -15,9 +15,11 @@
 namespace eikon {
 namespace {
 
-// There are so many paths for each pixel that the trial has 32 samples of it, which begin to show how samples fill gaps.
+// There are so many paths for each pixel that the trial has 32 samples of it, which begin to show
+// how samples fill gaps.
 constexpr std::uint64_t kPathsPerPilotPixel = 256;
-// Samples of a pixel over those of the first round: in the rounds that learn, and in each of the two ways of the trial.
+// Samples of a pixel over those of the first round: in the rounds that learn, and in each of the
+// two ways of the trial.
 constexpr std::array<std::uint64_t, 6> kRounds = {1, 2, 4, 8, 16, 16};
 constexpr std::uint64_t kTrial = 8;
 constexpr std::uint64_t kShares = 63;  // of all together
@@ -25,8 +27,8 @@ constexpr std::uint64_t kShares = 63;  // of all together
 constexpr std::uint32_t kRouletteDepth = 2;
 constexpr double kCellsPerHeight = 16;  // smallest cells across the picture at the usual distance
 constexpr double kLeastGain = 1.25;  // a guided vertex costs about so many times another one (kernels/guide/README.md)
-// The pilot gives up after a round, if the gains that its samples and those of the round before show are less than this. They are noisy,
-// and grow from round to round (kernels/guide/README.md).
+// The pilot gives up after a round, if the gains that its samples and those of the round before
+// show are less than this. They are noisy, and grow from round to round (kernels/guide/README.md).
 constexpr std::array<double, kRounds.size()> kLeastHopeOfRound = {0, 0, 0, 1, 1.1, 0};
 constexpr std::uint64_t kLeastPathsToGiveUp = 1U << 17;  // smaller pilots show too little in their rounds
 // After this round the pilot also gives up if lamps light the surfaces, and these light no others.
@@ -138,8 +140,8 @@ class GuidingPilot {
     if (height > 0 && std::isfinite(height)) scale_ = float(kCellsPerHeight / height);
   }
 
-  /// Adds a round to the means by which errors are judged. They do not have the trial's samples: one that is bright would
-  /// otherwise raise the mean of its pixel and so hide itself.
+  /// Adds a round to the means by which errors are judged. They do not have the trial's samples:
+  /// one that is bright would otherwise raise the mean of its pixel and so hide itself.
   void add_to_means(const PathStatistics& round) {
     for (std::size_t pixel = 0; pixel < sums_.size(); ++pixel) sums_[pixel] += round.sum[pixel];
     means_ = sums_;
@@ -178,15 +180,16 @@ class GuidingPilot {
     const double n = way.count[pixel], mean = way.sum[pixel] / n;
     return std::max(way.square[pixel] / n - mean * mean, 0.0);
   }
-  /// The same from the difference of its halves, which have less where samples fill each other's gaps.
+  /// The same from the difference of its halves, which have less where samples fill each other's
+  /// gaps.
   [[nodiscard]] static double replicate_variance(const PathStatistics& way, std::size_t pixel) {
     const double half = 0.5 * way.count[pixel];
     const double difference = (way.replicate[0][pixel] - way.replicate[1][pixel]) / half;
     return 0.5 * half * difference * difference;
   }
 
-  /// Error times rays without guiding over that with it, by every `step`th pixel from `first` on. The error is the
-  /// sum over pixels of the variance over the squared mean.
+  /// Error times rays without guiding over that with it, by every `step`th pixel from `first` on.
+  /// The error is the sum over pixels of the variance over the squared mean.
   template <class Variance>
   [[nodiscard]] double gain(const BothWays& both, std::size_t first, std::size_t step, const Variance& variance) const {
     const double all = std::accumulate(means_.begin(), means_.end(), 0.0) / double(means_.size());
@@ -199,15 +202,16 @@ class GuidingPilot {
     return with > 0 ? cost(both.without) / with : 1;
   }
 
-  /// The least gain of the whole picture and of both its halves, since what holds for one of them alone is chance; and of
-  /// the whole by the other variance, since gains where samples fill each other's gaps anyway are none.
+  /// The least gain of the whole picture and of both its halves, since what holds for one of them
+  /// alone is chance; and of the whole by the other variance, since gains where samples fill each
+  /// other's gaps anyway are none.
   [[nodiscard]] double least_gain(const BothWays& both) const {
     return std::min({gain(both, 0, 1, sample_variance), gain(both, 0, 2, sample_variance),
                      gain(both, 1, 2, sample_variance), gain(both, 0, 1, replicate_variance)});
   }
 
-  /// True if the rest of the pilot can be spared, because there is nothing to learn, or because this round and the one before did so
-  /// badly beside unguided paths; then this is in the report.
+  /// True if the rest of the pilot can be spared, because there is nothing to learn, or because
+  /// this round and the one before did so badly beside unguided paths; then this is in the report.
   bool gives_up_after(std::size_t round, const GuideLearner& learner, Pilot& pilot) {
     if (round == 0) return false;
     if (round == kRoundOfDirectLight && !rounds_.without.has_indirect_light && !rounds_.with.has_indirect_light) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The part of a pilot that learns where light comes from, and weighs whether paths should be guided by it.
+// The part of a pilot that learns where light comes from, and weighs whether paths should be guided
+// by it.
 #pragma once
 #include <cstdint>
 
@@ -14,7 +15,8 @@ namespace eikon {
 
 /// picture   of a program with feature path_log
 /// settings  of the image
-/// pilot     gets the table, if paths are to be guided, and the figures of its report about that. throws DeviceError
+/// pilot     gets the table, if paths are to be guided, and the figures of its report about that.
+///           throws DeviceError
 void run_guiding_pilot(PilotPicture& picture, const Settings& settings, Pilot& pilot);
 
 }  // namespace eikon

@@ -21,7 +21,8 @@ namespace {
 constexpr double kTrialRatio = 1.0 / 4;  // so that the trial's camera paths have little of the light that both find
 constexpr double kClearly = 0.95;        // error times cost of a choice that surpasses another, over that of the other
 constexpr double kLightRay = 2;          // a ray of a light path takes about twice as long as one from the camera
-/// A camera path that shares its light with light paths takes so many times as long, for what it must know for that.
+/// A camera path that shares its light with light paths takes so many times as long, for what it
+/// must know for that.
 constexpr double kSharing = 1.04;
 /// Camera paths of so few samples may have missed what makes most of their error.
 constexpr double kLeastCameraError = 0.1;
@@ -47,7 +48,8 @@ double error_times_cost(const LightTrial& trial, std::size_t i) {
 
 double least_error_times_cost(const LightTrial& trial) { return error_times_cost(trial, best_light_paths(trial)); }
 
-/// The ratio of densities that a splat states: within a factor of the root of 2, as only its exponent is kept.
+/// The ratio of densities that a splat states: within a factor of the root of 2, as only its
+/// exponent is kept.
 double ratio_of(std::uint32_t info) {
   const std::uint32_t exponent = info >> EK_SPLAT_RATIO_SHIFT & EK_SPLAT_RATIO_INFINITE;
   if (exponent == EK_SPLAT_RATIO_INFINITE) return std::numeric_limits<double>::infinity();
@@ -115,8 +117,8 @@ class TrialSums {
   [[nodiscard]] AimLearner& aim() { return aim_; }
 
  private:
-  /// Sums up the splats in an order of their own. They come in whatever order a device's threads store them, and sums
-  /// of floating-point numbers would differ with it in their last bits.
+  /// Sums up the splats in an order of their own. They come in whatever order a device's threads
+  /// store them, and sums of floating-point numbers would differ with it in their last bits.
   void add_splats(const std::vector<double>& scales) {
     std::sort(splats_.begin(), splats_.end());
     for (const Splat& splat : splats_) {
@@ -199,7 +201,8 @@ std::uint64_t paths_of_light_trial(const Settings& settings) {
 
 LightTrialResult run_light_trial(PilotPicture& picture, const PackedScene& scene, const Features& features,
                                  const Settings& settings) {
-  // Behind glass and mirrors paths from the camera never find these lights, whether the trial has seen what they light up or not.
+  // Behind glass and mirrors paths from the camera never find these lights, whether the trial has
+  // seen what they light up or not.
   const bool is_lit_by_points =
       features.has(Feature::point) || features.has(Feature::spot) || features.has(Feature::directional);
   const bool only_light_paths = is_lit_by_points && scene.has_exact_light_targets;

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // The part of a pilot that decides how many light paths an image has.
 //
-// Light paths and camera paths find the same light, and each has the share that the balance heuristic gives it, so one
-// picture with many light paths tells the error that any other number of them would leave. With f the light of a path, p
-// its density as a camera path, q its density as a light path, and n light paths for each sample of a pixel, the second
-// moment of what both bring to a pixel is the integral of f^2 / (p + n q) [Veach 1997, section 9.2]. A light path of the
-// trial samples this integral at any n, since its splat has f / q and the ratio q / p (kernels/shared/splat.h). It does so
-// also at n = 0, where camera paths alone have the light and show it as a few very bright pixels: the trial knows of these
-// without having met any.
+// Light paths and camera paths find the same light, and each has the share that the balance
+// heuristic gives it, so one picture with many light paths tells the error that any other number of
+// them would leave. With f the light of a path, p its density as a camera path, q its density as a
+// light path, and n light paths for each sample of a pixel, the second moment of what both bring to
+// a pixel is the integral of f^2 / (p + n q) [Veach 1997, section 9.2]. A light path of the trial
+// samples this integral at any n, since its splat has f / q and the ratio q / p
+// (kernels/shared/splat.h). It does so also at n = 0, where camera paths alone have the light and
+// show it as a few very bright pixels: the trial knows of these without having met any.
 //
 // Cost is counted in rays and never in time, so every part of an image decides alike.
 #pragma once
@@ -26,7 +27,8 @@ inline constexpr std::array<double, 7> kLightPathRatios = {0, 1.0 / 128, 1.0 / 6
 /// The error that each number of light paths leaves, and its cost.
 struct LightTrial {
   double camera_error = 0;  // of the light that only camera paths find
-  /// The same of the light that both find. It is infinite with no light paths if some light is found by them alone.
+  /// The same of the light that both find. It is infinite with no light paths if some light is
+  /// found by them alone.
   std::array<double, kLightPathRatios.size()> shared_error{};
   double camera_rays = 0, light_rays = 0;  // of a path
 };
@@ -37,14 +39,17 @@ struct LightTrialResult {
   double aim_gain = 0;                  // error times cost with even starts over that with these; 0: they are even
 };
 
-/// An index into kLightPathRatios: of the least number of light paths that no larger one surpasses clearly.
+/// An index into kLightPathRatios: of the least number of light paths that no larger one surpasses
+/// clearly.
 [[nodiscard]] std::size_t best_light_paths(const LightTrial& trial);
-/// Error times cost with no light paths over that with the ratio of this index; 0 if only light paths find some light.
+/// Error times cost with no light paths over that with the ratio of this index; 0 if only light
+/// paths find some light.
 [[nodiscard]] double light_path_gain(const LightTrial& trial, std::size_t ratio);
 
-/// The factors by which the square of a splat's value counts in LightTrial::shared_error, for each ratio of
-/// kLightPathRatios. The splat's value includes its share of the light.
-/// ratio     of the densities in the trial, q n / p; infinite for light that camera paths do not find
+/// The factors by which the square of a splat's value counts in LightTrial::shared_error, for each
+/// ratio of kLightPathRatios. The splat's value includes its share of the light.
+/// ratio     of the densities in the trial, q n / p; infinite for light that camera paths do not
+///           find
 /// of_trial  light paths of the trial for each path from the camera
 [[nodiscard]] std::array<double, kLightPathRatios.size()> splat_moments(double ratio, double of_trial);
 

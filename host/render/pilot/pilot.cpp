@@ -27,8 +27,9 @@ bool wants_guiding(const Features& features, const Settings& settings) {
   const bool lit = features.has(Feature::next_event) || features.has(Feature::bsdf_emission);
   const bool diffuse = features.has(Feature::diffuse) || features.has(Feature::metallic_roughness);
   if (settings.pilot_paths == 0 || settings.guide != nullptr || !lit || !diffuse) return false;
-  // Caustics of small lights are rare events, which a pilot of this size does not see: its tables then lead away from
-  // them, and it cannot tell what that costs. Light paths bring those that they can find.
+  // Caustics of small lights are rare events, which a pilot of this size does not see: its tables
+  // then lead away from them, and it cannot tell what that costs. Light paths bring those that they
+  // can find.
   const bool caustics = !features.has(Feature::light_paths) &&
                         (features.has(Feature::transmissive_hits) || features.has(Feature::conductor)) &&
                         (features.has(Feature::area) || features.has(Feature::point) || features.has(Feature::spot));
@@ -60,7 +61,8 @@ void apply(const Pilot& pilot, Features& features, Settings& settings) {
   if (pilot.report.light_trial_paths == 0) return;
   settings.light_path_count = pilot.report.light_path_count;
   settings.light_aim = pilot.light_aim;
-  // Light that is merged comes by light paths alone, so they stay even if those to the camera do not pay.
+  // Light that is merged comes by light paths alone, so they stay even if those to the camera do
+  // not pay.
   if (settings.merges_caustics && settings.light_path_count == 0)
     settings.light_path_count = light_paths_of_ratio(settings, kLightPathRatios[1]);
   if (settings.light_path_count == 0) features.leave_out_light_paths();

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pilot is a small render before the image's own. It decides how many light paths the image has, learns where light
-// comes from (path guiding), and decides whether paths are to follow that. It depends on the scene, the camera and the
-// settings alone, so all parts of an image make the same one.
+// The pilot is a small render before the image's own. It decides how many light paths the image
+// has, learns where light comes from (path guiding), and decides whether paths are to follow that.
+// It depends on the scene, the camera and the settings alone, so all parts of an image make the
+// same one.
 #pragma once
 #include <cstdint>
 #include <memory>
@@ -29,7 +30,8 @@ struct PilotReport {
   // Path guiding (guiding_pilot.h).
   std::uint64_t paths = 0;  // traced to learn the table, with the 4 of each pixel before that; 0: nothing was learned
   std::uint64_t cells = 0;           // cells of that table
-  double gain = 0;                   // error times rays without guiding over that with it; 1 where there is nothing to learn
+  // Error times rays without guiding over that with it; 1 where there is nothing to learn.
+  double gain = 0;
   std::uint32_t roulette_depth = 0;  // GuideTable::roulette_depth; 0: paths are not guided
   std::uint64_t digest = 0;          // GuideTable::digest()
   [[nodiscard]] bool exists() const { return paths > 0 || light_trial_paths > 0; }
@@ -47,22 +49,24 @@ inline constexpr std::uint64_t kMostPilotPaths = 1U << 19;
 /// The most paths of a unit of a pilot. It bounds the memory of their logs.
 inline constexpr std::uint32_t kMostPilotUnitPaths = 1U << 17;
 
-/// The number of paths of the pilot of an image, for Settings::pilot_paths; 0: it has none, because it would not pay. It
-/// follows from the size of the picture and not from the number of samples: a sample must not depend on how many
-/// others are asked for.
+/// The number of paths of the pilot of an image, for Settings::pilot_paths; 0: it has none, because
+/// it would not pay. It follows from the size of the picture and not from the number of samples: a
+/// sample must not depend on how many others are asked for.
 [[nodiscard]] std::uint64_t usual_pilot_paths(const Settings& settings);
-/// The number of paths from the camera of the trial of an image's light paths, for Settings::light_trial_paths; 0: there
-/// is none, because the image is small.
-/// alone  light paths find some light that nothing else does (only_light_paths_find_some), so that too few of them leave a few very
-///        bright pixels: small images have a trial, too
+/// The number of paths from the camera of the trial of an image's light paths, for
+/// Settings::light_trial_paths; 0: there is none, because the image is small.
+/// alone  light paths find some light that nothing else does (only_light_paths_find_some), so that
+///        too few of them leave a few very bright pixels: small images have a trial, too
 [[nodiscard]] std::uint64_t usual_light_trial_paths(const Settings& settings, bool alone);
-/// Returns true if there is something in the scene that the pilot of the settings could decide or guide.
+/// Returns true if there is something in the scene that the pilot of the settings could decide or
+/// guide.
 [[nodiscard]] bool wants_pilot(const Features& features, const Settings& settings);
 
 /// Writes what a pilot decided into the features and the settings that its image is rendered with.
 void apply(const Pilot& pilot, Features& features, Settings& settings);
 
-/// Is called around each unit of a pilot, on the thread that renders it. An exception of begin_unit() ends the pilot.
+/// Is called around each unit of a pilot, on the thread that renders it. An exception of
+/// begin_unit() ends the pilot.
 class PilotSteps {
  public:
   PilotSteps() = default;

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The result of a pilot on disk (--pilot): what it learned and what was decided, for other renders of the same image.
+// The result of a pilot on disk (--pilot): what it learned and what was decided, for other renders
+// of the same image.
 //
-// A text and tables. The text has a line for each setting of the image that the pilot depends on, as the record of a
-// film has them (film_record.h), and a line for each figure; an empty line ends it. The tables follow as
-// 32-bit words with the lowest byte first: the aim of light paths (guide/light_aim.h), if there is one, and the slots and cells of
-// guiding (guide/guide_table.h). Then comes the xxHash64 of everything before it.
+// A text and tables. The text has a line for each setting of the image that the pilot depends on,
+// as the record of a film has them (film_record.h), and a line for each figure; an empty line ends
+// it. The tables follow as 32-bit words with the lowest byte first: the aim of light paths
+// (guide/light_aim.h), if there is one, and the slots and cells of guiding (guide/guide_table.h).
+// Then comes the xxHash64 of everything before it.
 #pragma once
 #include <filesystem>
 #include <string>

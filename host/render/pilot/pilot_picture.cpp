@@ -10,11 +10,12 @@
 namespace eikon {
 namespace {
 
-// No image has this seed by default, so the pilot does not see the samples of the image that it decides about.
+// No image has this seed by default, so the pilot does not see the samples of the image that it
+// decides about.
 constexpr std::uint32_t kSeed = 0x70696c6fU;
 
-/// Returns the execution whose units have room for `largest` paths, or for fewer where the device lacks the memory.
-/// throws DeviceError if it lacks the memory for the smallest units, too
+/// Returns the execution whose units have room for `largest` paths, or for fewer where the device
+/// lacks the memory. throws DeviceError if it lacks the memory for the smallest units, too
 Execution with_unit_paths(const PilotContext& context, const Settings& settings, std::uint64_t largest) {
   const DeviceInfo& info = context.device->info();
   const auto most_paths = std::uint32_t(std::min<std::uint64_t>(std::bit_ceil(largest), kMostPilotUnitPaths));

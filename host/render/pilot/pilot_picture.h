@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The small picture that a pilot renders, of few pixels with many samples each: a wavefront, and its units one by one.
+// The small picture that a pilot renders, of few pixels with many samples each: a wavefront, and
+// its units one by one.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -11,11 +12,12 @@
 
 namespace eikon {
 
-/// A pilot's picture has at most so many pixels, of which each is a block of the image: errors are measured in them.
+/// A pilot's picture has at most so many pixels, of which each is a block of the image: errors are
+/// measured in them.
 inline constexpr std::uint32_t kMostPilotPixels = 512;
 
-/// The settings of a picture of about so many pixels that shows the whole image, with as many light paths for each pixel
-/// as the image has.
+/// The settings of a picture of about so many pixels that shows the whole image, with as many light
+/// paths for each pixel as the image has.
 [[nodiscard]] Settings pilot_picture_settings(const Settings& settings, double pixels);
 
 /// A unit that was rendered: whole rows of the picture, and a range of samples.
@@ -27,7 +29,8 @@ struct PilotUnit {
   std::uint64_t sample_begin = 0;
 };
 
-/// The device, the scene and the settings with which a pilot's picture is rendered. All must outlive it.
+/// The device, the scene and the settings with which a pilot's picture is rendered. All must
+/// outlive it.
 struct PilotContext {
   DevicePool::Lease& device;
   const ReadyWavefronts::SharedScene& scene;
@@ -40,7 +43,8 @@ class PilotPicture {
  public:
   using Use = std::function<void(const PilotUnit&)>;
 
-  /// settings  of the picture; largest: paths that render() may be asked for at once. The size of units, which follows
+  /// settings  of the picture; largest: paths that render() may be asked for at once. The size of
+  ///           units, which follows
   /// from it and from the memory that there is, changes nothing of what they bring.
   /// throws DeviceError, also when the device has not even the memory for small units
   PilotPicture(const PilotContext& context, const Settings& settings, std::uint64_t largest);
@@ -62,11 +66,11 @@ class PilotPicture {
   Wavefront* wavefront_;  // of the device's guest
 };
 
-/// The means of a picture's pixels, each with its neighbours: one that is too low by chance would otherwise count for too
-/// much where errors are relative to it.
+/// The means of a picture's pixels, each with its neighbours: one that is too low by chance would
+/// otherwise count for too much where errors are relative to it.
 [[nodiscard]] std::vector<double> smoothed(const std::vector<double>& means, std::uint32_t width);
-/// The number that a pixel's squared error is divided by, to make it relative. Dark pixels count as if they had a tenth of
-/// the picture's mean.
+/// The number that a pixel's squared error is divided by, to make it relative. Dark pixels count as
+/// if they had a tenth of the picture's mean.
 /// mean  of the pixel
 /// all   mean of the whole picture
 [[nodiscard]] inline double error_scale(double mean, double all) { return mean * mean + 0.01 * all * all; }

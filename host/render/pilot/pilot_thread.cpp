@@ -24,16 +24,18 @@ constexpr unsigned kAttempts = 3;         // on one device, as units have before
 constexpr double kPatience_s = 0.1;       // with a thread whose pilot nobody wants any more
 constexpr double kPollInterval_s = 0.05;  // for signals, clocks and devices that hang
 
-/// A call into the device's driver does not return. The device is not tried again, unlike one that only failed.
+/// A call into the device's driver does not return. The device is not tried again, unlike one that
+/// only failed.
 struct HungDevice : DeviceError {
   using DeviceError::DeviceError;
 };
 
 struct NotWanted {};  // thrown on the pilot's thread to end it
 
-/// A pilot that is being rendered. The thread that renders it and the one that waits share it, because the former may hang
-/// in a driver and outlive the latter.
-/// shrink  how many times units are made smaller, after attempts that failed (wavefront/unit_shrink.h)
+/// A pilot that is being rendered. The thread that renders it and the one that waits share it,
+/// because the former may hang in a driver and outlive the latter.
+/// shrink  how many times units are made smaller, after attempts that failed
+///         (wavefront/unit_shrink.h)
 class PilotWork : public PilotSteps {
  public:
   PilotWork(const WavefrontDevices& devices, std::size_t device, unsigned shrink)
@@ -105,8 +107,8 @@ class PilotWork : public PilotSteps {
     if (error_) std::rethrow_exception(error_);
     return std::move(pilot_);
   }
-  /// After wait() has returned false: says what hangs, or is empty if the thread was only left because nobody wanted
-  /// its pilot any more.
+  /// After wait() has returned false: says what hangs, or is empty if the thread was only left
+  /// because nobody wanted its pilot any more.
   [[nodiscard]] std::string why_lost() const { return why_; }
 
  private:
@@ -114,8 +116,8 @@ class PilotWork : public PilotSteps {
   [[nodiscard]] bool is_late(double now_s) {
     const double gap_s = now_s - std::exchange(polled_s_, now_s);
     const double watchdog_s = execution_.watchdog_s;
-    // Beside units the device gets tables and the host learns from what was found. That takes far less than a unit of
-    // unknown duration may.
+    // Beside units the device gets tables and the host learns from what was found. That takes far
+    // less than a unit of unknown duration may.
     std::optional<double> expected_s;
     if (paths_ > 0 && done_paths_ > 0) expected_s = done_s_ * double(paths_) / double(done_paths_);
     const double limit_s = is_open_ ? DeviceSessions::unit_limit_s(watchdog_s, expected_s)
@@ -159,8 +161,9 @@ std::optional<Pilot> pilot_on(const WavefrontDevices& devices, std::size_t devic
   return std::nullopt;
 }
 
-/// Makes the units of devices smaller where what guiding needs beside the scene has no room else. Returns a line about the
-/// first device that has no room even then, and leaves all as it was; empty if all have.
+/// Makes the units of devices smaller where what guiding needs beside the scene has no room else.
+/// Returns a line about the first device that has no room even then, and leaves all as it was;
+/// empty if all have.
 std::string lacking_memory(const GuideTable& table, WavefrontDevices& devices,
                            const std::vector<DeviceReport>& prepared) {
   Features guided = devices.features;

@@ -53,8 +53,8 @@ bool needs_environment(const Scene& scene) {
 
 namespace {
 
-/// Calls `visit` with the world position of each vertex of the nodes' meshes that shows, and with the
-/// corners of the box of each shape.
+/// Calls `visit` with the world position of each vertex of the nodes' meshes that shows, and with
+/// the corners of the box of each shape.
 template <class Visit>
 void for_each_vertex(const Scene& scene, const Visit& visit) {
   for (const Node& node : scene.nodes)

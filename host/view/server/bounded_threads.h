@@ -12,8 +12,8 @@
 
 namespace eikon {
 
-/// The threads of a server, one for each connection. While all are busy, further connections wait where the operating system
-/// keeps them, which has a limit of its own.
+/// The threads of a server, one for each connection. While all are busy, further connections wait
+/// where the operating system keeps them, which has a limit of its own.
 class BoundedThreads : public httplib::TaskQueue {
  public:
   /// ending  the server is about to end: no call of enqueue() waits any more

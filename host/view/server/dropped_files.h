@@ -15,8 +15,8 @@ namespace eikon {
 /// The longest scene file that a page may send, in bytes.
 inline constexpr std::uint64_t kMostDropped = std::uint64_t{256} << 20;
 
-/// Scene files that a page has sent, in a folder of their own that is removed at the end. The last one is kept, and those before
-/// it until somebody says that they are not read any more.
+/// Scene files that a page has sent, in a folder of their own that is removed at the end. The last
+/// one is kept, and those before it until somebody says that they are not read any more.
 class DroppedFiles {
  public:
   /// A file to be written.
@@ -24,8 +24,8 @@ class DroppedFiles {
     std::filesystem::path path;
     std::ofstream file;
   };
-  /// Begins a file. name: as the page gives it
-  /// throws UsageError unless it is that of a .gltf or .glb, of letters, digits, blanks, -, _ and .; InputError if there is no
+  /// Begins a file. name: as the page gives it throws UsageError unless it is that of a .gltf or
+  /// .glb, of letters, digits, blanks, -, _ and .; InputError if there is no
   ///        room for it
   [[nodiscard]] Incoming begin(const std::string& name);
   /// Closes a file that has arrived completely. throws InputError if it could not be written

@@ -113,7 +113,8 @@ void FinalRender::watch(int output, int messages) {
   const auto number = id_t(process_);
   while (waitid(P_PID, number, &ended, WEXITED | WNOWAIT) != 0 && errno == EINTR) {
   }
-  // Until it is waited for, under the lock, no other process gets its number, to which stop() would send a signal.
+  // Until it is waited for, under the lock, no other process gets its number, to which stop() would
+  // send a signal.
   const std::lock_guard lock(mutex_);
   (void)waitpid(process_, &status, 0);
   process_ = 0;

@@ -20,15 +20,15 @@ class FinalRender {
   FinalRender(const FinalRender&) = delete;
   FinalRender& operator=(const FinalRender&) = delete;
 
-  /// Starts `eikon render` with these words, and names for the image and a PNG beside it in the current folder, of `name`
-  /// and the first number for which there are no such files.
+  /// Starts `eikon render` with these words, and names for the image and a PNG beside it in the
+  /// current folder, of `name` and the first number for which there are no such files.
   /// throws UsageError while one is running; InputError if it cannot be started
   void start(std::vector<std::string> words, const std::string& name);
   /// Interrupts it, if there is one.
   void stop();
   [[nodiscard]] bool is_running();
-  /// "state" (none, running, done, stopped or failed), "share" (0 to 1) of what is done, "image" and "png" (names of files),
-  /// "message" (why it failed).
+  /// "state" (none, running, done, stopped or failed), "share" (0 to 1) of what is done, "image"
+  /// and "png" (names of files), "message" (why it failed).
   [[nodiscard]] Json status();
 
  private:

@@ -20,7 +20,8 @@ constexpr std::size_t kMostRequest = 128 << 10;  // bytes, with headers
 constexpr int kMostPerConnection = 1000;         // requests
 constexpr seconds kIdle(3);                      // between two requests
 constexpr seconds kRequestTime(10), kAnswerTime(60);
-// A slow link may take long for a large file, so it is its silence that ends it; but nobody holds a thread for ever.
+// A slow link may take long for a large file, so it is its silence that ends it; but nobody holds a
+// thread for ever.
 constexpr seconds kFileTime(3600), kFileSilence(20);
 constexpr milliseconds kWake(50);  // between two looks whether the server ends
 constexpr seconds kStall(5);  // of a client that reads nothing of its answer

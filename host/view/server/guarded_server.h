@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The HTTP library's server with limits that it lacks: of the time and the bytes of a whole request, and of connections.
+// The HTTP library's server with limits that it lacks: of the time and the bytes of a whole
+// request, and of connections.
 #pragma once
 #include <httplib.h>
 
@@ -18,7 +19,8 @@ class GuardedStream : public httplib::Stream {
 
   /// Lets the rest of this request take so many bytes, and the time of a file on a slow link.
   void admit(std::size_t bytes);
-  /// Waits for the first byte of another request. False if none comes in time, the client has gone, or the server ends.
+  /// Waits for the first byte of another request. False if none comes in time, the client has gone,
+  /// or the server ends.
   [[nodiscard]] bool wait_for_request();
 
   [[nodiscard]] bool is_readable() const override;

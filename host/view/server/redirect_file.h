@@ -7,8 +7,8 @@
 
 namespace eikon {
 
-/// A page in a file that leads a browser to an address with a secret. Only this user can read it, while every user can read the
-/// words with which a browser is started. It is removed at the end.
+/// A page in a file that leads a browser to an address with a secret. Only this user can read it,
+/// while every user can read the words with which a browser is started. It is removed at the end.
 class RedirectFile {
  public:
   /// address  without characters that HTML gives a meaning

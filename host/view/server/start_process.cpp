@@ -34,7 +34,8 @@ struct SpawnSettings {
     sigemptyset(&usual);
     sigaddset(&usual, SIGPIPE);
     posix_spawnattr_setsigdefault(&attributes, &usual);
-    // The child is in a group of its own: Ctrl-C in the terminal ends this process, which then ends the child.
+    // The child is in a group of its own: Ctrl-C in the terminal ends this process, which then ends
+    // the child.
     posix_spawnattr_setpgroup(&attributes, 0);
     posix_spawnattr_setflags(&attributes,
                              short(POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP));

@@ -80,8 +80,8 @@ std::string news_bytes(const ViewNews& news, const Json& final_render, std::uint
   return bytes;
 }
 
-/// Why a request is not read any further, or nothing. None needs a body that is compressed, in chunks or of several parts,
-/// and libraries have had errors in all of these.
+/// Why a request is not read any further, or nothing. None needs a body that is compressed, in
+/// chunks or of several parts, and libraries have had errors in all of these.
 std::string unwanted(const httplib::Request& request) {
   for (const char* header : {"Transfer-Encoding", "Content-Encoding", "Range", "Expect"})
     if (request.has_header(header)) return fmt::format("view: requests have no header {}", header);
@@ -138,7 +138,8 @@ void ViewServer::guard() {
   server.set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
     RequestOrigin origin{request.get_header_value("Host"), request.get_header_value("Origin"),
                          request.get_header_value("Sec-Fetch-Site")};
-    // A RedirectFile is a page of another site to browsers, and it leads here; its token says that it may.
+    // A RedirectFile is a page of another site to browsers, and it leads here; its token says that
+    // it may.
     if (request.path == "/" && request.get_header_value("Sec-Fetch-Dest") == "document") origin.fetch_site.clear();
     const std::string token =
         request.path == "/" ? request.get_param_value("token") : request.get_header_value("X-Eikon-Token");

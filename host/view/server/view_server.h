@@ -18,22 +18,24 @@ struct RequestOrigin {
   std::string origin;      // header Origin; empty: none
   std::string fetch_site;  // header Sec-Fetch-Site; empty: none
 };
-/// True if a request comes from the page itself, or from somebody who typed its address: its host is this machine by name or
-/// number, so no name of another server leads here, and no page of another origin sends it. The port may be another one, as
-/// through a tunnel.
+/// True if a request comes from the page itself, or from somebody who typed its address: its host
+/// is this machine by name or number, so no name of another server leads here, and no page of
+/// another origin sends it. The port may be another one, as through a tunnel.
 [[nodiscard]] bool comes_from_here(const RequestOrigin& request);
 
-/// GET  /?token=T               the page; a page of any site may lead to it, since it knows the token
+/// GET  /?token=T               the page; other sites may lead to it, if they know the token
 /// GET  /api/news?after=VERSION&frame=NUMBER
-///                              waits up to a second for news: four bytes with the length of a JSON text, least significant
-///                              first, the text {"version", "status", "final": FinalRender::status(), "frame": null or what
-///                              is known of it}, and the pixels of the frame if its number is not NUMBER
+///                              waits up to a second for news: four bytes with the length of a JSON
+///                              text, least significant first, the text {"version", "status",
+///                              "final": FinalRender::status(), "frame": null or what is known of
+///                              it}, and the pixels of the frame if its number is not NUMBER
 /// POST /api/look               takes what read_look() reads; answers {"number"}, that of the look
 /// GET  /api/path?x=X&y=Y&sample=N   answers as ViewSession::path()
 /// POST /api/drop?name=NAME     takes a scene file, and shows it
 /// POST /api/render             starts the final render of what is shown
 /// POST /api/stop               interrupts it
-/// All but the page want the token in the header X-Eikon-Token. There are no other paths. Errors are {"error": line}.
+/// All but the page want the token in the header X-Eikon-Token. There are no other paths. Errors
+/// are {"error": line}.
 class ViewServer {
  public:
   /// port  0: any that is free
@@ -57,13 +59,15 @@ class ViewServer {
   std::string token_;
   int port_;
   std::unique_ptr<Http> http_;
-  // Held while another scene takes the place of the one that is shown, or a final render of that one is started.
+  // Held while another scene takes the place of the one that is shown, or a final render of that
+  // one is started.
   std::mutex scene_;
 
   void guard();
   void add_handlers();
   void add_orders();
-  /// Shows a scene instead of the one before. throws InputError, and removes its file, if it cannot be opened now
+  /// Shows a scene instead of the one before. throws InputError, and removes its file, if it cannot
+  /// be opened now
   void show(DroppedFiles::Incoming& scene);
 };
 

@@ -16,16 +16,17 @@ namespace eikon {
 namespace {
 
 constexpr std::uint64_t kLeastPaths = 1U << 6;  // of a map
-// All maps of a generation have at most so many together, so that they take little memory and are made long before the
-// watchdog's time is over.
+// All maps of a generation have at most so many together, so that they take little memory and are
+// made long before the watchdog's time is over.
 constexpr std::uint64_t kMostPaths = 1U << 18;
 constexpr std::uint64_t kLeastRatio = 16;  // camera paths for each light path of the maps, at most
 constexpr double kAlpha = 2.0 / 3;
-// The memory of maps is estimated by these. Shipped scenes have at most 1.6 photons for each light path. Cells are as wide
-// as the ball of a photon, which therefore reaches two of them along each axis.
+// The memory of maps is estimated by these. Shipped scenes have at most 1.6 photons for each light
+// path. Cells are as wide as the ball of a photon, which therefore reaches two of them along each
+// axis.
 constexpr std::uint64_t kPhotonsPerPath = 2, kPlacesPerPhoton = 8, kBucketsPerPath = 1;
-// The radius within which the table has the photons is larger than the one in which they are gathered, for what
-// kernels may round up.
+// The radius within which the table has the photons is larger than the one in which they are
+// gathered, for what kernels may round up.
 constexpr float kReach = 1.0001F;
 
 using Photon = std::array<std::uint32_t, PHOTON_WORDS>;

@@ -50,7 +50,8 @@ bool PhotonStage::prepare(LightStages& lights, std::size_t which, const WorkUnit
   Frame emitting = frame;
   emitting.seed ^= kSeed;
   emitting.light_path_count = std::uint32_t(plan_.paths);
-  // Light paths know their replicate and generation by a number of the same form as that of a sample.
+  // Light paths know their replicate and generation by a number of the same form as that of a
+  // sample.
   const std::uint64_t replicates = std::uint64_t{1} << frame.replicate_bits;
   found_ = {};
   lights.find_photons(found_, which, {generation * replicates, (generation + 1) * replicates}, emitting);

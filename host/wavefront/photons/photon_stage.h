@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The photons of one device: makes the maps of a generation of samples when the first unit needs them, and keeps them
-// for the next ones.
+// The photons of one device: makes the maps of a generation of samples when the first unit needs
+// them, and keeps them for the next ones.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -19,8 +19,8 @@ class PhotonStage {
   void restart(const PhotonPlan& plan, const Frame& frame);
   /// True if units of the image need maps.
   [[nodiscard]] bool exists() const { return device_ != nullptr && plan_.paths > 0; }
-  /// Makes the maps of a unit's samples, unless they are there, and describes them in `frame`. Waits until the device has
-  /// done all before.
+  /// Makes the maps of a unit's samples, unless they are there, and describes them in `frame`.
+  /// Waits until the device has done all before.
   /// which   of LightStages::begin
   /// rays    receives those that were traced
   /// returns true if buffers in `arguments` are new, so that kernels must be bound again

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decides how many depths of a unit are launched before the host looks at how many paths are left. Plain numbers, no device.
+// Decides how many depths of a unit are launched before the host looks at how many paths are left.
+// Plain numbers, no device.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -12,9 +13,10 @@
 
 namespace eikon {
 
-/// While many paths are left, their number decides how many work-items a stage has, so the host reads it after each depth.
-/// The few that are left at last take as long for any number of work-items, and the host would wait for each depth of them.
-/// So all of those depths are launched at once, as many as units before had from there on.
+/// While many paths are left, their number decides how many work-items a stage has, so the host
+/// reads it after each depth. The few that are left at last take as long for any number of
+/// work-items, and the host would wait for each depth of them. So all of those depths are launched
+/// at once, as many as units before had from there on.
 class DepthPlan {
  public:
   /// With so few paths the work-items of all of them cost next to nothing, with or without a path.
@@ -46,7 +48,8 @@ class DepthPlan {
   static constexpr std::size_t kPlaces = std::bit_width(kFew) + 1;
   [[nodiscard]] static std::size_t place(std::uint64_t paths) { return std::size_t(std::bit_width(paths)); }
 
-  /// Depths that the last unit had from the first one on with less than 2^i paths, and no fewer than half of that.
+  /// Depths that the last unit had from the first one on with less than 2^i paths, and no fewer
+  /// than half of that.
   std::array<std::uint32_t, kPlaces> depths_from_ = [] {
     std::array<std::uint32_t, kPlaces> unknown{};
     unknown.fill(kUnknown);

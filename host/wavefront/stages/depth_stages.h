@@ -25,13 +25,16 @@ class DepthStages {
   /// Launches the first depth of a unit.
   /// counts  the buffer of that name
   void begin(const Frame& frame, const Buffer& counts);
-  /// Launches the depths behind it, until none has a path. The host looks at the counts of a depth while the next one is
+  /// Launches the depths behind it, until none has a path. The host looks at the counts of a depth
+  /// while the next one is
   /// under way. returns  the rays that were scattered, and the shadow rays
   RayCounts launch_rest();
-  /// Waits for reads that are still under way. To be called after launch_rest() and before the memory of this goes.
+  /// Waits for reads that are still under way. To be called after launch_rest() and before the
+  /// memory of this goes.
   void settle();
 
-  /// Called between two stages while a path is replayed. The host then waits for each depth before it launches the next.
+  /// Called between two stages while a path is replayed. The host then waits for each depth before
+  /// it launches the next.
   std::function<void(std::uint32_t depth)> after_intersect;
 
  private:

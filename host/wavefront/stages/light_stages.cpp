@@ -50,8 +50,8 @@ LightUnit::Part take_light_part(std::vector<LightUnit::Part>& left, const Wavefr
   LightUnit::Part part = left.back();
   left.pop_back();
   const std::uint64_t most = most_paths(config);
-  // The numbers stand in the buffer for the pixels of a unit. A device that launches each stage waits for each depth of a part, so it gets few
-  // large ones.
+  // The numbers stand in the buffer for the pixels of a unit. A device that launches each stage
+  // waits for each depth of a part, so it gets few large ones.
   const std::uint64_t most_numbers =
       config.chunked ? std::min<std::uint64_t>(kMostNumbers, config.pixels) : config.pixels;
   const std::uint64_t samples = std::min(part.sample_end - part.sample_begin, most);
@@ -159,8 +159,9 @@ void LightStages::launch(LightUnit& lights, std::size_t which) {
   } else {
     run_stages(lights);
   }
-  // So many words are likely to be enough. The rest, if there is more, waits for all that is in the queue by then. Where each stage has
-  // a launch of its own, the host has waited for the last one, so it reads no more than there are.
+  // So many words are likely to be enough. The rest, if there is more, waits for all that is in the
+  // queue by then. Where each stage has a launch of its own, the host has waited for the last one,
+  // so it reads no more than there are.
   const std::size_t likely =
       config_.fused ? std::min<std::size_t>(kLikelySplatsPerPath * lights.frame.path_count, lights.frame.splat_capacity)
                     : 0;

@@ -18,8 +18,8 @@
 
 namespace eikon {
 
-/// The light paths of an image. Each sample index has `count` of them, numbered from 0, which the pixels of the window own in
-/// equal shares.
+/// The light paths of an image. Each sample index has `count` of them, numbered from 0, which the
+/// pixels of the window own in equal shares.
 struct LightPathPlan {
   std::uint64_t count = 0;  // 0: there are none
   Crop window;
@@ -29,11 +29,12 @@ struct LightPathPlan {
 struct NumberRange {
   std::uint32_t first = 0, count = 0;
 };
-/// The numbers of the light paths that the pixels of a block own, in each of the unit's samples: a range for each row.
+/// The numbers of the light paths that the pixels of a block own, in each of the unit's samples: a
+/// range for each row.
 [[nodiscard]] std::vector<NumberRange> light_paths_of(const LightPathPlan& plan, const Crop& block);
 
-/// The light paths of one unit under way. Their number of splats is not known before they are traced, so they are traced
-/// part by part, and a part whose splats do not fit is halved.
+/// The light paths of one unit under way. Their number of splats is not known before they are
+/// traced, so they are traced part by part, and a part whose splats do not fit is halved.
 struct LightUnit {
   std::vector<NumberRange> ranges;             // light_paths_of() the unit's block
   std::uint64_t count = 0;                     // numbers in all ranges: light paths of each of the unit's samples
@@ -64,27 +65,31 @@ struct LightUnit {
 /// Takes a part that there is room for from the last one of `left`, which is not empty.
 [[nodiscard]] LightUnit::Part take_light_part(std::vector<LightUnit::Part>& left, const WavefrontConfig& config);
 
-/// Runs light paths in parts that fit the memory for splats. If a part leaves more, it is divided and traced again.
+/// Runs light paths in parts that fit the memory for splats. If a part leaves more, it is divided
+/// and traced again.
 class LightStages {
  public:
   LightStages() = default;
-  /// program: with the stages of light paths. Allocates the buffers of splats, and names them in `arguments`. throws DeviceError
+  /// program: with the stages of light paths. Allocates the buffers of splats, and names them in
+  /// `arguments`. throws DeviceError
   LightStages(Device& device, const Program& program, const WavefrontConfig& config, Arguments& arguments);
   /// Device memory of the splats of so many paths in flight.
   [[nodiscard]] static std::uint64_t bytes(const WavefrontConfig& config);
 
-  /// Binds the kernels to their buffers. To be called again when a buffer in `arguments` is another one.
-  /// stages  kernels of the wavefront that have a launch of their own, bound; they must live as long as this
+  /// Binds the kernels to their buffers. To be called again when a buffer in `arguments` is another
+  /// one.
+  /// stages  kernels of the wavefront that have a launch of their own, bound; they must live as
+  ///         long as this
   void bind(const Arguments& arguments, StageKernels& stages);
 
-  /// Starts the light paths of a unit behind the work that is in the device's queue; if each stage has a launch of its
-  /// own, it waits until they have ended.
+  /// Starts the light paths of a unit behind the work that is in the device's queue; if each stage
+  /// has a launch of its own, it waits until they have ended.
   /// lights  must not move before finish()
   /// which   0 or 1: the place of the unit among the two of the wavefront
   /// frame   of the wavefront
   void begin(LightUnit& lights, std::size_t which, const WorkUnit& unit, const LightPathPlan& plan, const Frame& frame);
-  /// Traces frame.light_path_count light paths for each of some samples, and waits for them. Their photons come instead of
-  /// splats.
+  /// Traces frame.light_path_count light paths for each of some samples, and waits for them. Their
+  /// photons come instead of splats.
   /// samples  begin and end
   void find_photons(LightUnit& lights, std::size_t which, std::pair<std::uint64_t, std::uint64_t> samples,
                     const Frame& frame);

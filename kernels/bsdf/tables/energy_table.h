@@ -11,7 +11,7 @@
 #define EK_ENERGY_GLASS_FIRST 0.0476190476f  // square root of the reflectance at normal incidence of the first layer
 #define EK_ENERGY_GLASS_LAST 0.444444444f
 
-// What microfacets that reflect everything lose, by alpha and the cosine; and the mean of every row.
+// What microfacets that reflect everything lose, by alpha and the cosine; and each row's mean.
 constant float energy_lost_table[EK_ENERGY_ROWS * EK_ENERGY_COLUMNS] = {
     0.005909f, 0.000000f, 0.000000f, 0.000000f, 0.000000f, 0.000000f, 0.000000f, 0.000000f, 0.000000f, 0.000000f,
     0.000000f, 0.000000f, 0.000000f, 0.000000f, 0.000000f, 0.000000f, 0.000000f, 0.000000f, 0.000000f, 0.000000f,
@@ -125,7 +125,7 @@ constant float energy_lost_mean_table[EK_ENERGY_ROWS] = {
     5.007449e-01f, 5.319244e-01f, 5.619861e-01f, 5.907969e-01f,
 };
 
-// What a dielectric loses, from outside and from inside: by index of refraction, alpha and the cosine; and the mean of every row.
+// What a dielectric loses from outside and inside, by index, alpha and the cosine; rows' means.
 constant float energy_glass_table[2u * EK_ENERGY_GLASS_LAYERS * EK_ENERGY_GLASS_ROWS * EK_ENERGY_GLASS_COLUMNS] = {
     0.005909f, 0.000000f, 0.000000f, 0.000000f, 0.000000f, 0.000000f, 0.000000f, 0.000000f, 0.000000f, 0.000000f,
     0.000000f, 0.000000f, 0.000000f, 0.000000f, 0.000000f, 0.000000f, 0.000000f, 0.000000f, 0.000096f, 0.086056f,

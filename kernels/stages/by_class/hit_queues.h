@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Hits by shading class (SHADING_*, records.h) on devices that launch each stage. The registers that a kernel takes decide how
-// many work-items a GPU holds at a time, and a kernel that shades every kind of surface takes as many as glass does, though most
-// hits are of flat Lambert walls. So where the scene has surfaces of several classes, stage sort_hits puts each hit into the queue of
-// its class, and each class has a stage of its own in place of `shade`, in whose kernel the code of the others is left out
-// (SceneData.absent_classes). This changes no result, because each path is shaded independently.
+// Hits by shading class (SHADING_*, records.h) on devices that launch each stage. The registers
+// that a kernel takes decide how many work-items a GPU holds at a time, and a kernel that shades
+// every kind of surface takes as many as glass does, though most hits are of flat Lambert walls. So
+// where the scene has surfaces of several classes, stage sort_hits puts each hit into the queue of
+// its class, and each class has a stage of its own in place of `shade`, in whose kernel the code of
+// the others is left out (SceneData.absent_classes). This changes no result, because each path is
+// shaded independently.
 //   queue_hits  EK_CHUNK entries for each class of the scene, in the order of their numbers
 #ifndef EK_HIT_QUEUES_H
 #define EK_HIT_QUEUES_H

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Stage `sort_hits`, on GPU devices, in scenes with surfaces of several shading classes.
-// From: paths of this depth, with their hits.   To: the queue of each class in queue_hits (hit_queues.h).
-// Work-groups count their hits in local memory and reserve places with one atomic for each class. The order in the queues is not
-// deterministic, and nothing depends on it. Paths that hit nothing are in none of them.
+// From: paths of this depth, with their hits.
+// To: the queue of each class in queue_hits (hit_queues.h).
+// Work-groups count their hits in local memory and reserve places with one atomic for each class.
+// The order in the queues is not deterministic, and nothing depends on it. Paths that hit nothing
+// are in none of them.
 #include "stages/by_class/hit_queues.h"
 
 kernel void sort_hits(global uint* path_state, global uint* counts, global const uint* queue_rays, global uint* queue_hits,

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Stage `light_generate`.   To: all light paths of the unit, at depth 1.
-// Starts one path per (light path, sample): number j of the image's light paths at a sample index. Its random numbers
-// are the point with index j of the sample's block in one sequence, so the light paths of all samples together are spread
-// evenly over the lights, and best if their number is a power of two.
+// Starts one path per (light path, sample): number j of the image's light paths at a sample index.
+// Its random numbers are the point with index j of the sample's block in one sequence, so the light
+// paths of all samples together are spread evenly over the lights, and best if their number is a
+// power of two.
 #ifndef EK_STAGE_LIGHT_GENERATE_H
 #define EK_STAGE_LIGHT_GENERATE_H
 #include "lanes/sampler.h"
@@ -18,7 +19,8 @@
 /// j       which of the sample's light paths
 /// sample  of the unit
 EK_FN vu light_path_key(constant Frame* frame, vu j, vu sample, vu* index, vu* replicate) {
-  const uint shift = 32u - clz(frame->light_path_count - 1u);  // 2^shift is the least power of two that is not less than it
+  // 2^shift is the least power of two that is not less than it.
+  const uint shift = 32u - clz(frame->light_path_count - 1u);
   const ReplicateSample in_replicate = replicate_sample(frame, sample);
   const vu block = in_replicate.index;
   const uint high = frame->sample_high >> frame->replicate_bits;

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Step of stage `light_shade` where light paths bring photons: leaves one at each surface that scatters light otherwise than
-// by exact reflection or refraction. It waits for stage `splat` in the place of the shadow ray that would carry a splat.
+// Step of stage `light_shade` where light paths bring photons: leaves one at each surface that
+// scatters light otherwise than by exact reflection or refraction. It waits for stage `splat` in
+// the place of the shadow ray that would carry a splat.
 #ifndef EK_LIGHT_PHOTON_H
 #define EK_LIGHT_PHOTON_H
 #include "film/splat.h"
 #include "stages/shade/merge.h"
 
 #if EK_HAS_merging
-/// Leaves a photon for each lane that needs one. slot: as of direct_light_cast. returns the mask of those lanes, as bits
+/// Leaves a photon for each lane that needs one. slot: as of direct_light_cast. returns the mask of
+/// those lanes, as bits
 EK_FN uint photon_leave(const ShadeContext* c, const PathHit* hit, const ShadingPoint* point, uint slot) {
   const v3 to_light = neg3(hit->path.dir);
   const vf cosine = abs_f(dot3(point->n_geom, to_light));
@@ -18,8 +20,9 @@ EK_FN uint photon_leave(const ShadeContext* c, const PathHit* hit, const Shading
   vu info = (hit->path.path & 0xffu) | (edges < most ? edges : most) << 16;
   if (EK_HAS_light_group) info = info | hit->path.source_group << 8;
   vf met = cosine;  // the share of light from there that meets an area of the surface
-  // Light paths end on a surface of alphaMode BLEND as often as its opacity says, and so do the paths from the camera that
-  // gather there. So that it counts once, the photon has the light that there would be without it.
+  // Light paths end on a surface of alphaMode BLEND as often as its opacity says, and so do the
+  // paths from the camera that gather there. So that it counts once, the photon has the light that
+  // there would be without it.
   if (EK_HAS_opacity) {
     const MaterialRecordLanes record = load_material(c->scene.materials, hit->corners.material);
     met = met * material_opacity(c->scene, record, hit->attributes);

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // Stage `light_shade`.   From: light paths of this depth that hit something.
-//                        To: the light paths of the next depth, and pending shadow rays to the camera.
-// The steps are those of stage `shade`, for paths that carry light instead of looking for it. A light path ends unless
-// its first surface is a target that reflects or refracts it exactly, or a rough target. From the second surface on, a
-// shadow ray joins it to the camera and carries what arrives there.
+//                        To: the light paths of the next depth, and pending shadow rays to the
+//                        camera.
+// The steps are those of stage `shade`, for paths that carry light instead of looking for it. A
+// light path ends unless its first surface is a target that reflects or refracts it exactly, or a
+// rough target. From the second surface on, a shadow ray joins it to the camera and carries what
+// arrives there.
 //
-// BSDFs are those of the camera's paths: wo is towards the camera. Where a light path is scattered otherwise than by a
-// mirror, the BSDF is therefore evaluated anew as a viewer in the new direction sees the surface, with the normals that
-// such a viewer has, and the result holds for any material, reciprocal or not. The cosines of both directions with the
-// surface itself make light of it that flows [Veach 1997, section 5.3].
+// BSDFs are those of the camera's paths: wo is towards the camera. Where a light path is scattered
+// otherwise than by a mirror, the BSDF is therefore evaluated anew as a viewer in the new direction
+// sees the surface, with the normals that such a viewer has, and the result holds for any material,
+// reciprocal or not. The cosines of both directions with the surface itself make light of it that
+// flows [Veach 1997, section 5.3].
 #ifndef EK_STAGE_LIGHT_SHADE_H
 #define EK_STAGE_LIGHT_SHADE_H
 #include "film/filter.h"
@@ -28,8 +31,9 @@ EK_FN PathHit seen_from(const PathHit* hit, const MediumInterface* interface, v3
   return seen;
 }
 
-/// BSDF and cosines of light that comes along a light path and goes on to a viewer: what the throughput of the path is
-/// multiplied by, over the density of to_viewer per sr. Exact reflection and refraction are left out.
+/// BSDF and cosines of light that comes along a light path and goes on to a viewer: what the
+/// throughput of the path is multiplied by, over the density of to_viewer per sr. Exact reflection
+/// and refraction are left out.
 /// channel     random number that chooses the colour in glass with dispersion, as at the hit itself
 /// faces_away  is set to that of the point as the viewer sees it
 EK_FN v3 scattered_towards(const ShadeContext* c, const PathHit* hit, const ShadingPoint* point, v3 to_viewer, vf channel,
@@ -114,8 +118,8 @@ EK_FN uint camera_cast(const ShadeContext* c, global const float* filter_table, 
   const vi pending = seen & (max_component(abs3(arriving)) > 0.0f);
   OpacityKey opacity = {(vu)(0u), (vu)(0u)};
   if (EK_HAS_opacity) opacity = opacity_key(point->key, point->index, c->depth, 1u);
-  // The ray goes from the camera to the point, as the camera's rays do, so both are stopped by the same surfaces. Its end
-  // is that of a shadow ray to a light (light_ray).
+  // The ray goes from the camera to the point, as the camera's rays do, so both are stopped by the
+  // same surfaces. Its end is that of a shadow ray to a light (light_ray).
   const v3 target = offset_ray_origin(point->p, point->p_error, point->n_geom, to_camera);
   const vf margin = min_f(div_f(0x1p-17f, abs_f(dot3(n_geom, view.dir))), (vf)(0x1p-8f));
   const vu counted = (vu)(c->depth) - point->interface.null_interface_count;
@@ -177,16 +181,18 @@ EK_FN ScatteredPath light_scatter(const ShadeContext* c, const PathHit* hit, con
   return next;
 }
 
-/// Survival probability of a light path: the share of its light that this surface sends on. Throughputs of light paths
-/// have no common scale, and with this rule roulette leaves them as they are.
+/// Survival probability of a light path: the share of its light that this surface sends on.
+/// Throughputs of light paths have no common scale, and with this rule roulette leaves them as they
+/// are.
 EK_FN vf light_survival(const ShadeContext* c, const ShadingPoint* point, const ScatteredPath* next) {
   const vf share = div_f(max_component(abs3(next->beta)), max_component(abs3(point->beta)));
   const vf survival = min_f(share, roulette_most(c->depth));
   return point->interface.skips_depth ? (vf)(1.0f) : survival;
 }
 
-/// PathState.light_ratio of a light path that goes on. Where its first surface is a rough target, camera paths find its light there by
-/// sampling lights, too, so the density is made that of density_beside_sampling; otherwise it stays.
+/// PathState.light_ratio of a light path that goes on. Where its first surface is a rough target,
+/// camera paths find its light there by sampling lights, too, so the density is made that of
+/// density_beside_sampling; otherwise it stays.
 EK_FN vf emitted_light_ratio(const ShadeContext* c, const PathHit* hit, const ShadingPoint* point,
                              const ScatteredPath* next) {
   constant Frame* frame = c->stage.frame;

@@ -17,7 +17,8 @@ typedef struct {
 /// Reserves the next paths of the unit for this work-item. returns how many; first: index of the
 /// first
 EK_FN uint paths_take(PathCounter counter, uint* first) {
-  // The counter is read first only to size the portion, so it does no harm if others take paths in between.
+  // The counter is read first only to size the portion, so it does no harm if others take paths in
+  // between.
   const uint seen = *(volatile global uint*)counter.next_path;
   const uint left = seen < counter.path_count ? counter.path_count - seen : 0u;
   const uint share = left / (4u * counter.workers) / EK_LEAST_PORTION * EK_LEAST_PORTION;

@@ -52,14 +52,16 @@ EK_FN LightSample direct_light_sample(const ShadeContext* c, const ShadingPoint*
 #if EK_HAS_light_paths
 #include "lights/light_path.h"
 
-/// The share of a sample's light that camera paths bring: at rough targets light paths bring the rest.
+/// The share of a sample's light that camera paths bring: at rough targets light paths bring the
+/// rest.
 /// light  index; sample: of it; shadow: the ray to it
 EK_FN vf sampled_light_share(const ShadeContext* c, const ShadingPoint* point, vu light, const LightSample* sample,
                              const LightRay* shadow) {
   if (!EK_ROUGH_TARGETS) return (vf)(1.0f);
   vi shared = point->live & is_shared_ratio(point->light_ratio);
   if (!ANY(shared)) return (vf)(1.0f);
-  // Rough targets are glossy (is_glossy), and from the viewer's side their normals are not bent (sampled_light_ratio).
+  // Rough targets are glossy (is_glossy), and from the viewer's side their normals are not bent
+  // (sampled_light_ratio).
   if (EK_HAS_SHADING_NORMAL & point->detailed)
     shared = shared & is_unbent_from(point->n_shade, point->n_geom, shadow->wi, (vi)(-1));
   const v3 dir = neg3(shadow->wi), way = sub3(sample->p, point->p);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Steps of stage `shade` for path guiding: find the table of a shading point, say how likely a path goes on by what
-// the pilot expects of it, and write the log of a pilot.
+// Steps of stage `shade` for path guiding: find the table of a shading point, say how likely a path
+// goes on by what the pilot expects of it, and write the log of a pilot.
 #ifndef EK_SHADE_GUIDE_H
 #define EK_SHADE_GUIDE_H
 #include "guide/path_log.h"
@@ -9,10 +9,12 @@
 #if EK_HAS_GUIDE
 // Least survival probability: a table may be wrong, and the weight of a path grows by the inverse.
 #define EK_ROULETTE_LEAST 0.05f
-// More metallic surfaces reflect by direction, so the tables do not say what the rest of a path brings.
+// More metallic surfaces reflect by direction, so the tables do not say what the rest of a path
+// brings.
 #define EK_DIFFUSE_METALLIC 0.5f
 
-/// Finds the guide's table that applies to each lane's point, and what the pilot expects of the path, and sets both in `point`.
+/// Finds the guide's table that applies to each lane's point, and what the pilot expects of the
+/// path, and sets both in `point`.
 EK_FN void guide_point(const ShadeContext* c, const PathHit* hit, ShadingPoint* point) {
   constant Frame* frame = c->stage.frame;
   point->is_diffuse = (point->material.lobes & (1u << LOBE_diffuse)) != 0u;
@@ -29,9 +31,10 @@ EK_FN void guide_point(const ShadeContext* c, const PathHit* hit, ShadingPoint* 
   point->expected = hit->path.expected;
 }
 
-/// Survival probability by what the pilot expects of the rest of the path over what it expects of all of it
-/// [Vorba and Krivanek 2016, "Adjoint-driven Russian Roulette and Splitting in Light Transport Simulation"]. Paths that
-/// bring at least a third of it go on. Lanes that the tables say nothing about keep `otherwise`.
+/// Survival probability by what the pilot expects of the rest of the path over what it expects of
+/// all of it [Vorba and Krivanek 2016, "Adjoint-driven Russian Roulette and Splitting in Light
+/// Transport Simulation"]. Paths that bring at least a third of it go on. Lanes that the tables say
+/// nothing about keep `otherwise`.
 EK_FN vf guided_survival(const ShadeContext* c, ShadingPoint* point, vf otherwise) {
   const GuideCell guide = point->material.guide;
   const vi has = guide_has(guide) & point->is_diffuse;

@@ -1,21 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-// Step of stage `shade` where light paths take part: what a camera path must know to share its light with them.
+// Step of stage `shade` where light paths take part: what a camera path must know to share its
+// light with them.
 //
-// Light paths bring the light of paths that leave a lamp, are reflected or refracted exactly at their first surface or meet a
-// rough target there (light_path.h), and are scattered otherwise than exactly at the last one before the camera. Camera
-// paths find the same light where they meet the lamp, and at rough targets also by sampling it.
-// The balance heuristic [Veach 1995] gives each its share: with R the density of light paths over that of camera paths,
-// camera paths have 1 / (1 + R) of it, and light paths R / (1 + R).
+// A light path and a camera path can build the same path: a lamp, one or more targets, and a
+// surface that the camera sees. Light paths build it from the lamp: the first surface that they
+// meet must be a target, which reflects or refracts exactly or is glossy (light_path.h), and the
+// last one before the camera must scatter otherwise than exactly. Camera paths build it by meeting
+// the lamp, and at glossy targets also by sampling it. The balance heuristic [Veach 1995] gives
+// each a share: with R the density of the light path over that of the camera path, the camera path
+// has 1 / (1 + R) of the light, and the light path R / (1 + R).
 //
-// R is the product of two factors that each side knows: the density of emission at the lamp (mean_emission_density), and
-//   M pi / (film_density_m2 cosine)                                                                (light_ratio)
-// at the first surface that the camera sees. There M is the number of light paths of the image at each sample index, film_density_m2
-// the density of camera rays across the ray (film/camera_connection.h), and cosine that of the ray with the surface. If that surface is
-// a rough target, the factor is multiplied by the solid angle of its lobe over pi (lobe_sr), since camera paths sample that lobe and
-// light paths do not. What surfaces
-// between them do is left out: for diffuse surfaces it cancels, and for others both sides leave it out alike, so the
-// weights add up to one wherever both may go. Camera paths keep the light of those where light paths may not: is_reversible,
-// is_target and is_hidden_from_light_paths tell. That takes one word of a path and no evaluation of a BSDF.
+// R is the product of two factors that each side knows:
+//   mean_emission_density                  at the lamp: the density with which light paths start
+//   M pi / (film_density_m2 cosine)        at the first surface that the camera sees (light_ratio)
+// M is the number of light paths of the image at each sample index, film_density_m2 the density of
+// camera rays across the ray (film/camera_connection.h), and cosine that of the ray with the
+// surface. If that surface is a glossy target, the second factor is multiplied by the solid angle
+// of its lobe over pi (lobe_sr), since camera paths sample that lobe and light paths do not.
+//
+// What surfaces between these two do is left out: for diffuse surfaces it cancels, and for others
+// both sides leave it out alike, so the weights add up to one wherever both may go. Camera paths
+// keep the light of those where light paths may not: is_reversible, is_target and
+// is_hidden_from_light_paths tell. That takes one word of a path and no evaluation of a BSDF.
 #ifndef EK_LIGHT_RATIO_H
 #define EK_LIGHT_RATIO_H
 #include "film/camera_connection.h"
@@ -24,8 +30,9 @@
 #include "stages/shade/scatter.h"
 
 #if EK_HAS_light_paths
-/// Mask of the lanes that hit a target of a kind, EK_MATERIAL_LIGHT_TARGET or EK_MATERIAL_ROUGH_TARGET. No ball holds a plane without end,
-/// so it is no target whatever its material is.
+/// Mask of the lanes that hit a target of a kind, EK_MATERIAL_LIGHT_TARGET or
+/// EK_MATERIAL_ROUGH_TARGET. No ball holds a plane without end, so it is no target whatever its
+/// material is.
 EK_FN vi is_target(const ShadeContext* c, const PathHit* hit, uint kind) {
   const vi is = (load_word_u(MaterialRecord, c->scene.materials, hit->corners.material, flags) & kind) != 0u;
   return EK_HAS_plane ? is & !is_endless_record(hit->corners) : is;
@@ -44,16 +51,17 @@ EK_FN vf first_light_ratio(const ShadeContext* c, const PathHit* hit, const Shad
   return unmarked(density > 0.0f ? div_f((TO_F((vi)(frame->light_path_count)) * EK_PI) * width, density) : (vf)(0.0f));
 }
 
-/// Mask of the lanes whose shading normal is the surface's own from the side of w: usable_normal bends it for some
-/// directions, so a path and the same path the other way round would see different mirrors.
+/// Mask of the lanes whose shading normal is the surface's own from the side of w: usable_normal
+/// bends it for some directions, so a path and the same path the other way round would see
+/// different mirrors.
 EK_FN vi is_unbent(const ShadeContext* c, const PathHit* hit, const HitMaterial* material, const ShadingPoint* point,
                    v3 w) {
   const v3 raw = hit_raw_normal(c, hit, material);
   return is_unbent_from(raw, point->n_geom, w, is_glossy(material));
 }
 
-/// Mask of the lanes that hit a rough target whose normal is not bent for this viewer. It is glossy (is_glossy), so is_unbent_from tells the same
-/// of another direction by n_shade.
+/// Mask of the lanes that hit a rough target whose normal is not bent for this viewer. It is glossy
+/// (is_glossy), so is_unbent_from tells the same of another direction by n_shade.
 EK_FN vi is_unbent_rough_target(const ShadeContext* c, const PathHit* hit, const HitMaterial* material,
                                 const ShadingPoint* point) {
   vi is = is_rough_target(c, hit);
@@ -62,8 +70,9 @@ EK_FN vi is_unbent_rough_target(const ShadeContext* c, const PathHit* hit, const
   return is;
 }
 
-/// Mask of the lanes where a light path is reflected or refracted exactly as a camera path is, and the other way round.
-/// Coats and thin films are left out, since they may differ between both sides of a surface.
+/// Mask of the lanes where a light path is reflected or refracted exactly as a camera path is, and
+/// the other way round. Coats and thin films are left out, since they may differ between both sides
+/// of a surface.
 EK_FN vi is_reversible(const ShadeContext* c, const PathHit* hit, const HitMaterial* material, const ShadingPoint* point,
                        const ScatteredPath* next) {
   vi reversible = next->pdf < 0.0f;
@@ -77,17 +86,18 @@ EK_FN vi is_reversible(const ShadeContext* c, const PathHit* hit, const HitMater
   return reversible | point->interface.is_null;
 }
 
-/// The ratio of a path that shares light and is reflected or refracted exactly. It is 0 where light paths cannot go the same way, and has a
-/// mark where the surface is no target.
+/// The ratio of a path that shares light and is reflected or refracted exactly. It is 0 where light
+/// paths cannot go the same way, and has a mark where the surface is no target.
 EK_FN vf exact_light_ratio(const ShadeContext* c, const PathHit* hit, const HitMaterial* material, const ShadingPoint* point,
                            const ScatteredPath* next, vf ratio) {
   const vf from_target = marked(ratio, is_target(c, hit, EK_MATERIAL_LIGHT_TARGET) ? (vu)(0u) : (vu)(EK_NO_TARGET_MARK));
   return is_reversible(c, hit, material, point, next) ? from_target : (vf)(0.0f);
 }
 
-/// Mask of the lanes where light paths do not scatter towards the viewer, because the shading normal faces away from there: as the
-/// light sees it, the viewer is below the surface, and their density is 0. Light paths that bend the normal for themselves might go
-/// there, and end instead (light_scatter).
+/// Mask of the lanes where light paths do not scatter towards the viewer, because the shading
+/// normal faces away from there: as the light sees it, the viewer is below the surface, and their
+/// density is 0. Light paths that bend the normal for themselves might go there, and end instead
+/// (light_scatter).
 EK_FN vi is_hidden_from_light_paths(const ShadingPoint* point, const ScatteredPath* next) {
   return point->faces_away & !(next->pdf < 0.0f);
 }
@@ -138,7 +148,8 @@ EK_FN vf next_light_ratio(const ShadeContext* c, const PathHit* hit, const HitMa
   return is_rough ? marked(ratio, mark) : ratio;
 }
 
-/// light_ratio by which a path shares what it samples of lights at this hit (sampled_light_share); 0: it shares nothing.
+/// light_ratio by which a path shares what it samples of lights at this hit (sampled_light_share);
+/// 0: it shares nothing.
 EK_FN vf sampled_light_ratio(const ShadeContext* c, const PathHit* hit, const HitMaterial* material,
                              const ShadingPoint* point) {
   const vi shared = hit->live & is_shared_ratio(hit->path.light_ratio);
@@ -146,7 +157,8 @@ EK_FN vf sampled_light_ratio(const ShadeContext* c, const PathHit* hit, const Hi
   return (shared & is_unbent_rough_target(c, hit, material, point)) ? unmarked(hit->path.light_ratio) : (vf)(0.0f);
 }
 
-/// Does what light paths ask of a path before it samples lights: gathers photons, and finds what it shares of that light.
+/// Does what light paths ask of a path before it samples lights: gathers photons, and finds what it
+/// shares of that light.
 EK_FN void begin_sharing(const ShadeContext* c, const PathHit* hit, const HitMaterial* material, ShadingPoint* point) {
 #if EK_HAS_merging
   if (c->depth > 1) add_merged_light(c, hit, point);

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Step of stage `shade` where photons take part: vertex merging for what is seen through glass or in a mirror.
+// Step of stage `shade` where photons take part: vertex merging for what is seen through glass or
+// in a mirror.
 //
-// Neither camera paths nor light paths find light that passes glass on both sides of a matte surface, if the lamp is small. So
-// a camera path that has been reflected or refracted exactly at every surface so far gathers, at each surface that scatters
-// otherwise, the photons within a radius [Jensen 1996]. The mean over the area in place of that at the point is biased;
-// the radius shrinks from one generation of samples to the next (host/wavefront/photons/photon_map.h), so the picture converges
-// [Knaus and Zwicker 2011].
+// Neither camera paths nor light paths find light that passes glass on both sides of a matte
+// surface, if the lamp is small. So a camera path that has been reflected or refracted exactly at
+// every surface so far gathers, at each surface that scatters otherwise, the photons within a
+// radius [Jensen 1996]. The mean over the area in place of that at the point is biased; the radius
+// shrinks from one generation of samples to the next (host/wavefront/photons/photon_map.h), so the
+// picture converges [Knaus and Zwicker 2011].
 #ifndef EK_SHADE_MERGE_H
 #define EK_SHADE_MERGE_H
 #include "lights/light_path.h"
@@ -13,7 +15,8 @@
 #include "stages/shade/shading_frame.h"
 
 #if EK_HAS_merging
-// Photons on surfaces that are turned further than this, or lie further off the plane, belong to other surfaces.
+// Photons on surfaces that are turned further than this, or lie further off the plane, belong to
+// other surfaces.
 #define EK_PHOTON_COSINE 0.5f
 #define EK_PHOTON_HEIGHT2 0.25f  // square of the height over that of the radius
 
@@ -70,8 +73,8 @@ EK_FN void add_merged_light(const ShadeContext* c, const PathHit* hit, const Sha
     const v3 arriving = scale3(mul3(point->beta, mul3(f, power)), (vf)(frame->photon_weight));
     sum = select3(near, add3(sum, arriving), sum);
     if (EK_HAS_bounce_bins | EK_HAS_light_group) {
-      // The photon was scattered photon_edges - 1 times. The layers count surfaces by the camera path's depth less this number, which
-      // may go below 0 and wraps back there.
+      // The photon was scattered photon_edges - 1 times. The layers count surfaces by the camera
+      // path's depth less this number, which may go below 0 and wraps back there.
       const Contribution light = {.live = near,
                                   .path = point->path,
                                   .null_interface_count = point->interface.null_interface_count - (photon_edges - 1u),

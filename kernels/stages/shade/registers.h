@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Keeps a GPU's registers free in stage `shade`. Sampling the BSDF and sampling lights both compute the same values of a
-// material and the viewer's direction. A compiler finds that out and keeps them, 30 and more, from the one to the other, but
-// computing them again is cheaper than the work-items that then do not fit.
+// Keeps a GPU's registers free in stage `shade`. Sampling the BSDF and sampling lights both compute
+// the same values of a material and the viewer's direction. A compiler finds that out and keeps
+// them, 30 and more, from the one to the other, but computing them again is cheaper than the
+// work-items that then do not fit.
 #ifndef EK_SHADE_REGISTERS_H
 #define EK_SHADE_REGISTERS_H
 #include "stages/shade/direct_light.h"
@@ -43,7 +44,8 @@ EK_FN uint direct_light_last(const ShadeContext* c, DirectLight* direct, Shading
 #if EK_HAS_light_paths
   point.light_ratio = point.sampled_ratio;
 #endif
-  // Lambert's lobe computes nothing that both need. No path is so deep that depth >> 31 is not 0, but a compiler does not know that.
+  // Lambert's lobe computes nothing that both need. No path is so deep that depth >> 31 is not 0,
+  // but a compiler does not know that.
   if ((EK_HAS_opaque_hits | EK_HAS_transmissive_hits) && !shades_only(c->scene, SHADING_FLAT_LAMBERT)) forget_point(&point, c->depth >> 31);
   return direct_light_add(c, direct, &point, slot);
 }

@@ -14,8 +14,8 @@ EK_FN v3 hit_raw_normal(const ShadeContext* c, const PathHit* hit, const HitMate
   return select3(hit->front, n, neg3(n));
 }
 
-/// Mask of the surfaces with a lobe other than Lambert's, or with a coat. Of these usable_normal keeps the mirror direction above the
-/// surface, too.
+/// Mask of the surfaces with a lobe other than Lambert's, or with a coat. Of these usable_normal
+/// keeps the mirror direction above the surface, too.
 EK_FN vi is_glossy(const HitMaterial* material) {
   const vi glossy = material->bsdf.lobes != (1u << LOBE_diffuse);
   return EK_HAS_clearcoat ? glossy | (material->bsdf.clearcoat > 0.0f) : glossy;
@@ -94,7 +94,8 @@ EK_FN void shading_frame(const ShadeContext* c, const PathHit* hit, const HitMat
     n_coat = select3(hit->front, n_coat, neg3(n_coat));
     n_coat = usable_normal(n_coat, point->n_geom, wo_world, point->material.clearcoat > 0.0f);
     point->material.clearcoat_normal = to_local(point->basis, n_coat);
-    // The coat reflects light from below the shading normal's horizon, too, but none from below the surface itself.
+    // The coat reflects light from below the shading normal's horizon, too, but none from below the
+    // surface itself.
     const v3 apart = sub3(n_coat, point->n_shade);
     const vi has_own = (point->material.clearcoat > 0.0f) & (dot3(apart, apart) > 0.0f);
     n_light = select3(has_own, point->n_geom, n_light);
@@ -113,7 +114,8 @@ EK_FN vi bsdf_has_sides(const ShadingPoint* point) {
   return EK_HAS_clearcoat_normal ? point->material.clearcoat > 0.0f : (vi)(0);
 }
 
-/// Tells light that is transmitted from what is reflected, for directions that light is scattered to.
+/// Tells light that is transmitted from what is reflected, for directions that light is scattered
+/// to.
 /// wi  local; wi_world  the same
 EK_FN vi is_transmitted(const ShadingPoint* point, v3 wi, v3 wi_world) {
   if (!EK_HAS_clearcoat_normal) return wi.z < 0.0f;

@@ -34,7 +34,8 @@ EK_FN CellParts bsp_parts(const BspRay* r, const RayOne* ray, global const float
   const float nx = p[2], ny = p[3], nz = p[4];
   const float a = ((nx * r->ox + ny * r->oy) + nz * r->oz) - p[0];
   float b = (nx * r->dx + ny * r->dy) + nz * r->dz;
-  b = shape_abs_one(b) < 0x1p-100f ? 0x1p-100f : b;  // a parallel plane: the margin divided by this is beyond all scenes
+  // A parallel plane: the margin divided by this is beyond all scenes.
+  b = shape_abs_one(b) < 0x1p-100f ? 0x1p-100f : b;
   const float inverse = div_f(1.0f, b);
   const float front = ((-r->margin - a) * inverse) * ray->p_rcp_d.z, back = ((r->margin - a) * inverse) * ray->p_rcp_d.z;
   const int rises = (b > 0.0f) == (ray->p_rcp_d.z > 0.0f);

@@ -2,9 +2,9 @@
 // Layout `octree`: cells that are divided in eight at a point. After the header come nodes of 12
 // words:
 //   words 0-2   the point
-//   words 3-10  children; bits 0, 1, 2 of a child's number say that it is beyond the point on x, y, z. A word is 0 where nothing is,
-//               the index of an inner node, or bit 31 | the place of a leaf in `leaves`: the number
-//               of its triangles, then those
+//   words 3-10  children; bits 0, 1, 2 of a child's number say that it is beyond the point on x, y,
+//               z. A word is 0 where nothing is, the index of an inner node, or bit 31 | the place
+//               of a leaf in `leaves`: the number of its triangles, then those
 // Children are visited in the order in which the ray could meet them: number 0 comes first if the
 // ray goes up on all axes, and none comes before those whose bits are among its own [Revelles,
 // Urena, Lastra 2000, "An efficient parametric algorithm for octree traversal"].

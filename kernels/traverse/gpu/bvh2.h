@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Layout `bvh2`, for GPU devices: binary nodes of 16 words that hold both children's boxes.
 //   words 0-5, 6-11  lo x y z, hi x y z of child 0 and 1; a missing child has lo = +inf, hi = -inf
-//   words 12, 13     child: index of its node, or bit 31 | (count - 1) << 28 | first entry of its triangles in `leaves`
-//   word 14          over time: 0, or where a record for each pose begins, as an index of nodes; words 0-11 are the boxes at
-//                    that pose, between two of which planes go straight (host/accel/layouts/bvh2_motion.cpp)
+//   words 12, 13     child: index of its node, or bit 31 | (count - 1) << 28 | first entry of its
+//                    triangles in `leaves`
+//   word 14          over time: 0, or where a record for each pose begins, as an index of nodes;
+//                    words 0-11 are the boxes at that pose, between two of which planes go straight
+//                    (host/accel/layouts/bvh2_motion.cpp)
 #ifndef EK_TRAVERSE_BVH2_H
 #define EK_TRAVERSE_BVH2_H
 #include "traverse/hit.h"

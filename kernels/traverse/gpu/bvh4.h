@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Layout `bvh4`, for GPU devices: nodes of 16 words with four children, whose boxes are quantised.
-//   words 0-3    origin and exponents of the boxes (quantised.h); highest byte of word 3: bit k, there is a child k
-//   words 4-9    planes lo x, hi x, lo y, hi y, lo z, hi z: a byte per child, that of child 0 lowest
+//   words 0-3    origin and exponents of the boxes (quantised.h); highest byte of word 3: bit k,
+//                there is a child k
+//   words 4-9    planes lo x, hi x, lo y, hi y, lo z, hi z: a byte per child, that of child 0
+//                lowest
 //   words 10, 11 unused
-//   words 12-15  child: index of its node, or bit 31 | (count - 1) << 28 | first entry of its triangles in `leaves`. The children
-//                come smallest first, because an any-hit ray takes the last first, and the largest
-//                is the likeliest to be hit.
+//   words 12-15  child: index of its node, or bit 31 | (count - 1) << 28 | first entry of its
+//                triangles in `leaves`. The children come smallest first, because an any-hit ray
+//                takes the last first, and the largest is the likeliest to be hit.
 #ifndef EK_TRAVERSE_BVH4_H
 #define EK_TRAVERSE_BVH4_H
 #include "traverse/quantised.h"

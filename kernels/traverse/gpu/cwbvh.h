@@ -3,11 +3,13 @@
 // [Ylitie, Karras, Laine 2017, "Efficient incoherent ray traversal on GPUs through compressed wide
 // BVHs"]. The paper also shares triangle tests among the threads of a warp; this does not, because
 // votes across work-items are missing in OpenCL C 1.2.
-//   words 0-3    origin and exponents of the boxes (quantised.h); highest byte of word 3: bit k, child k is a node
+//   words 0-3    origin and exponents of the boxes (quantised.h); highest byte of word 3: bit k,
+//                child k is a node
 //   word 4       index of the node of the first child that is one; the others follow
 //   word 5       first entry of the node's triangles, at most 24, in `leaves`
-//   words 6, 7   a byte per child, that of child 0 lowest. 0: there is none; a node: 1 << 5 | 24 + its number; triangles: as many
-//                ones as it has (1 to 3) << 5 | the first's place among the node's
+//   words 6, 7   a byte per child, that of child 0 lowest. 0: there is none; a node: 1 << 5 | 24 +
+//                its number; triangles: as many ones as it has (1 to 3) << 5 | the first's place
+//                among the node's
 //   words 8-19   planes lo x, lo y, lo z, hi x, hi y, hi z of children 0-3 and 4-7
 // Child k is the one that rays of octant k (bit 0: x < 0, ...) are likely to meet first; in general
 // children come in the order of k ^ octant. All children of a node that a ray meets are one entry

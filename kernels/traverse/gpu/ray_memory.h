@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Where a traversal of one ray finds the words of the ray.
 //
-// A GPU has few registers: with 72 for each work-item, 28 of the 64 warps of an SM fit, with 96 only
-// 20. The words that boxes need and those that triangles need are never needed at the same time. So on
-// devices with queues a ray lies in local memory; a traversal takes the ones from there before a run
-// of nodes, and the others before each triangle. These loads are volatile, or else a compiler would
-// keep in registers what they bring. Local memory also takes an index that varies, by which the axes
-// of the triangle test find their words.
+// A GPU has few registers: with 72 for each work-item, 28 of the 64 warps of an SM fit, with 96
+// only
+// 20. The words that boxes need and those that triangles need are never needed at the same time. So
+//     on
+// devices with queues a ray lies in local memory; a traversal takes the ones from there before a
+// run of nodes, and the others before each triangle. These loads are volatile, or else a compiler
+// would keep in registers what they bring. Local memory also takes an index that varies, by which
+// the axes of the triangle test find their words.
 //
 // Rays of programs with instances change on their way. They are in private memory, as all are on
 // CPU devices.
@@ -32,7 +34,8 @@ enum {
   RAY_WORDS
 };
 
-// Those of one work-item: word i is at i * EK_WORK_GROUP, so that neighbours lie in different banks.
+// Those of one work-item: word i is at i * EK_WORK_GROUP, so that neighbours lie in different
+// banks.
 typedef volatile local uint* RayMemory;
 
 // In a kernel, before EK_GEOMETRY: the words of its work-items.

@@ -20,8 +20,10 @@ typedef struct {
   uint row[BATCH_LIST], child[BATCH_LIST], stack_size[BATCH_LIST];
 } BatchList;
 
-// The rays in flight, in one list for each kind of thing that they are at. The arrays below have a word for each ray of a list:
-// candidates, next   of `leaf`: bits of the triangles that the pre-test left, and the child on top of the ray's stack
+// The rays in flight, in one list for each kind of thing that they are at. The arrays below have a
+// word for each ray of a list:
+// candidates, next   of `leaf`: bits of the triangles that the pre-test left, and the child on top
+//                    of the ray's stack
 // pretested_bits     of `pretested`: bits of the candidates that wait for the whole test
 typedef struct {
   BatchList node, leaf, pretested, instance;
@@ -78,9 +80,9 @@ EK_FN void batch_distribute(BatchLists* lists, BatchCounts* counts, const BatchL
 // All ones if the ray surely hits one of the triangles that are set in `certain`, else 0.
 EK_FN uint batch_done(uint certain) { return 0u - (uint)(certain != 0u); }
 
-// Notes what the pre-test says of ray i of those at leaves. done: all ones if an any-hit query of it
-// is done, else 0. It is a mask, because the outcome cannot be predicted, and compilers make a branch
-// of a truth value: shadow rays of scenes/window_room.gltf were a fifth slower.
+// Notes what the pre-test says of ray i of those at leaves. done: all ones if an any-hit query of
+// it is done, else 0. It is a mask, because the outcome cannot be predicted, and compilers make a
+// branch of a truth value: shadow rays of scenes/window_room.gltf were a fifth slower.
 EK_FN void batch_note(const Batch* b, uint i, uint candidates, uint done, const int any_hit) {
   const BatchList* leaf = &b->lists->leaf;
   const uint next = b->stack->child[leaf->stack_size[i] - 1u] | done;

@@ -29,7 +29,8 @@ EK_FN vf candidate_shares(const RayOne* rays, const uint* rows) {
 }
 #endif
 
-// Fetches what the whole test of the last candidate needs, in a tree that is larger than a core's caches.
+// Fetches what the whole test of the last candidate needs, in a tree that is larger than a core's
+// caches.
 EK_FN void candidate_prefetch(Geometry geometry, const BatchCandidates* candidates) {
 #if EK_MEDIUM_TREE && EK_CPU
 #if EK_HAS_moving_surface
@@ -54,7 +55,8 @@ EK_FN TriangleLanes candidate_triangles(global const Triangle* triangles, const 
   return triangle_lanes(rec_transposed(words));
 }
 
-// The triangles of EK_WIDTH candidates; those that move, where they are at the time of the candidate's ray.
+// The triangles of EK_WIDTH candidates; those that move, where they are at the time of the
+// candidate's ray.
 EK_FN TriangleLanes candidate_lanes(Geometry geometry, const RayOne* rays, const BatchCandidates* candidates, uint first) {
 #if EK_HAS_moving_surface
   if (EK_OVER_TIME(geometry)) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The pre-test of a leaf of eight triangles, written once and included by wide.h for
-//   EK_VISITS 1  one ray at a leaf                          -> leaf8_pretest; b is not read
-//   EK_VISITS 2  two rays, each at its leaf, in one vector  -> leaf8_pretest_2, with b's triangles in bits 8 to 15
+//   EK_VISITS 1  leaf8_pretest: one ray at a leaf; b is not read
+//   EK_VISITS 2  leaf8_pretest_2: two rays, each at its leaf, in one vector; the bits of b's
+//                triangles are 8 to 15
 // It returns the candidates: the triangles that pass the first steps of triangle.h, with the same
 // bits, and do not lie wholly behind the ray's end. The triangles at which the ray starts or ends
 // are never among them.

@@ -2,17 +2,22 @@
 // Layouts `bvh16` and `bvh8`, for CPU devices: a ray is tested against all boxes of a node, or the
 // eight triangles of a leaf, in explicit vectors. With W = 16 or 8 boxes per node, their words are:
 //   node       8 W words
-//     [0, 6 W)    planes lo x, hi x, lo y, hi y, lo z, hi z of the children, W each; a missing child has lo = +inf, hi = -inf
-//     [6 W, 7 W)  children, smallest first: the index of a node, or bit 31 | the index of a leaf; 0 where a child is missing
-//     [7 W, 8 W)  word i, bits b k .. b k + b - 1 with b = log2 W: the child that is i-th from far to near for rays of octant k
-//                 (bit 0: x < 0, ...)
+//     [0, 6 W)    planes lo x, hi x, lo y, hi y, lo z, hi z of the children, W each; a missing
+//                 child has lo = +inf, hi = -inf
+//     [6 W, 7 W)  children, smallest first: the index of a node, or bit 31 | the index of a leaf; 0
+//                 where a child is missing
+//     [7 W, 8 W)  word i, bits b k .. b k + b - 1 with b = log2 W: the child that is i-th from far
+//                 to near for rays of octant k (bit 0: x < 0, ...)
 //   leaf8      80 words
-//     [0, 72)     corners a x, a y, a z, b x, ..., c z of eight triangles; an unused triangle is NaN
+//     [0, 72)     corners a x, a y, a z, b x, ..., c z of eight triangles; an unused triangle is
+//                 NaN
 //     [72, 80)    their indices; EK_NO_HIT for an unused one
-// Over time, in the tree of the triangles that move (motion_tree.h), a node or a leaf is a row of records, one for each step of
-// the shutter's time, and its index that of the first. Within a step planes and corners go straight.
+// Over time, in the tree of the triangles that move (motion_tree.h), a node or a leaf is a row of
+// records, one for each step of the shutter's time, and its index that of the first. Within a step
+// planes and corners go straight.
 //   node       14 W words
-//     [0, 8 W)     as above, at the begin of the step; a missing child has the largest finite numbers as its planes
+//     [0, 8 W)     as above, at the begin of the step; a missing child has the largest finite
+//                  numbers as its planes
 //     [8 W, 14 W)  how far the planes move in the step, in the same order
 //   leaf8      160 words
 //     [0, 80)      as above, at the begin of the step
@@ -64,8 +69,9 @@ EK_FN global const float* wide_leaf8(Geometry geometry, uint child) {
          (size_t)(child & ~WIDE_LEAF) * (EK_OVER_TIME(geometry) ? LEAF8_MOVING_WORDS : LEAF8_WORDS);
 }
 
-// A row of a node's planes, at the ray's time. Whether the sum is contracted does not matter, because the planes of boxes that
-// move lie outside of all that they bound by more than any rounding takes them (host/accel/layouts/pose_boxes.cpp).
+// A row of a node's planes, at the ray's time. Whether the sum is contracted does not matter,
+// because the planes of boxes that move lie outside of all that they bound by more than any
+// rounding takes them (host/accel/layouts/pose_boxes.cpp).
 EK_FN wf wide_planes(Geometry geometry, global const float* planes, const RayOne* ray) {
 #pragma OPENCL FP_CONTRACT ON
 #if EK_HAS_moving_surface
@@ -82,8 +88,9 @@ EK_FN uint wide_record(Geometry geometry, uint child, const RayOne* ray) {
   return child;
 }
 
-// Fetches what is at a child (wide_record), in a tree that is larger than the caches. For marks that are no child it fetches the
-// root: fetching where there is no memory costs a walk of the page tables each time.
+// Fetches what is at a child (wide_record), in a tree that is larger than the caches. For marks
+// that are no child it fetches the root: fetching where there is no memory costs a walk of the page
+// tables each time.
 EK_FN void wide_prefetch(Geometry geometry, uint child) {
 #if EK_LARGE_TREE && EK_CPU
   child = (child == WIDE_NOTHING) | (EK_HAS_instance & (child == INSTANCE_EXIT)) ? 0u : child;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `eikon batch` when devices fail, hang, or the process is killed: what is left is true, and goes on to the bits of single renders.
+// `eikon batch` when devices fail, hang, or the process is killed: what is left is true, and goes
+// on to the bits of single renders.
 #include <fmt/format.h>
 
 #include <chrono>
@@ -47,7 +48,8 @@ TEST(BatchFaults, a_device_that_fails_is_made_up_for_by_another) {
   expect_single_renders(here, 3, image);
 }
 
-// Two units go through, the next three fail, which is when a device is given up; each job here is one unit.
+// Two units go through, the next three fail, which is when a device is given up; each job here is
+// one unit.
 constexpr const char* kOneJobFails = "EIKON_FAULT=device:0:after=2:times=3";
 
 TEST(BatchFaults, a_job_whose_only_device_fails_stops_no_other) {
@@ -143,7 +145,8 @@ TEST(BatchFaults, killed_within_a_job_it_goes_on_from_the_job_s_checkpoint) {
   EXPECT_EQ(states(here.eikon("batch jobs")), (States{{1, "skipped"}}));
 }
 
-/// The job of a line that is edited after it was done, and rendered to the end with the new one's bits whatever happens on the way.
+/// The job of a line that is edited after it was done, and rendered to the end with the new one's
+/// bits whatever happens on the way.
 void expect_edited_job_ends(const std::function<void(const Workplace&)>& disturb) {
   const Workplace here;
   const std::string job =
@@ -209,7 +212,8 @@ TEST(BatchFaults, what_was_done_before_a_job_s_only_device_failed_is_in_its_pict
 
 TEST(BatchFaults, jobs_at_a_time_know_of_a_device_that_hung_for_one_of_them) {
   const Workplace here;
-  // One of the others may be beside the first on either half of the machine; the fourth reads the first one's image, so it follows them.
+  // One of the others may be beside the first on either half of the machine; the fourth reads the
+  // first one's image, so it follows them.
   const std::string two = " --devices cpu:2x1 --size 64x48 --spp 64", one = " --devices cpu:1x1 --size 64x48 --spp ";
   const std::string render = "render " + scene("cornell.gltf") + " -o ";
   here.write("jobs", render + "1.exr" + two + "\n" + render + "2.exr" + one + "400\n" + render + "3.exr" + one + "4\n" +

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `eikon batch` and what its jobs read: files that earlier jobs write, files that none may write, the environment's.
+// `eikon batch` and what its jobs read: files that earlier jobs write, files that none may write,
+// the environment's.
 #include <fmt/format.h>
 
 #include "cli/batch/batch_outcome.h"

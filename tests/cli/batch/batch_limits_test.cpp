@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `eikon batch` with many jobs, odd job files, and without space: it takes no more memory, and says what is wrong in a line.
+// `eikon batch` with many jobs, odd job files, and without space: it takes no more memory, and says
+// what is wrong in a line.
 #include <fmt/format.h>
 #include <sys/resource.h>
 
@@ -37,8 +38,9 @@ TEST(BatchLimits, N13_memory_does_not_grow_with_the_jobs) {
   constexpr int kFew = 10, kMany = 60;
   const std::vector<std::string> scenes = {"cornell.gltf", "cornell.gltf", "furnace.gltf"};
   peak(int(scenes.size()), scenes);  // compiles
-  // The allocator of the C library keeps what threads give back, in a pool for each that it began; runs alike differ by what
-  // lay where, which two of them tell. What each job kept would count as often as there are more jobs: a film alone is 1.4 MB.
+  // The allocator of the C library keeps what threads give back, in a pool for each that it began;
+  // runs alike differ by what lay where, which two of them tell. What each job kept would count as
+  // often as there are more jobs: a film alone is 1.4 MB.
   const std::int64_t one = peak(kFew, scenes), other = peak(kFew, scenes);
   constexpr std::int64_t film = 128 * 96 * (2 * 3 * 16 + 2 * 8);
   const std::int64_t noise =
@@ -111,8 +113,8 @@ TEST(BatchLimits, without_space_for_the_ledger_the_pictures_are_there_and_it_say
   ASSERT_TRUE(succeeded(here.eikon("batch jobs")));
   std::filesystem::remove(here / "1.exr");
   std::filesystem::remove(here / "2.exr");
-  // Entries of other files, up to a few bytes below what one may have: pictures fit, and what the driver writes; the next entry
-  // does not.
+  // Entries of other files, up to a few bytes below what one may have: pictures fit, and what the
+  // driver writes; the next entry does not.
   constexpr std::size_t kBlocks = 12288, kBytes = 512 * kBlocks;  // of ulimit -f
   const std::string entry = read_bytes(here / "jobs.ledger");
   std::string full;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `eikon batch` as a user runs it: which jobs run, which are skipped, what is left after failures and interruptions.
+// `eikon batch` as a user runs it: which jobs run, which are skipped, what is left after failures
+// and interruptions.
 #include <fmt/format.h>
 
 #include <chrono>
@@ -233,7 +234,8 @@ TEST(Batch, interrupted_and_killed_it_goes_on_with_the_bits_of_single_renders) {
   wait_for_lines(here / "jobs.ledger", 2);
   kill(first, SIGKILL);
   EXPECT_EQ(here.wait(first).code, 1000 + SIGKILL);
-  // It may have come further than that; the second one has begun a job when it has written a line of its own.
+  // It may have come further than that; the second one has begun a job when it has written a line
+  // of its own.
   const std::string left = read_bytes(here / "jobs.ledger");
   const pid_t second = here.start("batch jobs");
   wait_for_lines(here / "jobs.ledger", std::max<std::ptrdiff_t>(5, std::count(left.begin(), left.end(), '\n') + 1));

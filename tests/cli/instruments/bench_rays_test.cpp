@@ -12,7 +12,8 @@
 namespace eikon::test {
 namespace {
 
-/// The rows of the JSON of `bench rays` on a scene with so many rays of each kind; none where it fails.
+/// The rows of the JSON of `bench rays` on a scene with so many rays of each kind; none where it
+/// fails.
 nlohmann::json rows_of(const std::string& name, int rays, const std::string& flags = "") {
   const Workplace workplace;
   const Outcome outcome =

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `eikon bench scene`: that its errors are those of `compare`, and what it refuses. How fast it is, no test says.
+// `eikon bench scene`: that its errors are those of `compare`, and what it refuses. How fast it is,
+// no test says.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -70,7 +71,8 @@ TEST(BenchScene, errors_are_those_of_compare_on_renders_of_as_many_samples) {
   }
   EXPECT_EQ(counts, (std::vector<std::uint64_t>{1, 2, 4, 8, 11}));
   EXPECT_GT(result.at("reference").at("relmse_predicted").get<double>(), 0);
-  EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 8);  // a head, a line per point, and two exponents
+  // A head, a line per point, and two exponents.
+  EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 8);
   const nlohmann::json exponents = result.at("exponents");
   EXPECT_NEAR(exponents.at("samples").at("value").get<double>(), slope(result.at("points"), "spp"), 1e-9);
   EXPECT_NEAR(exponents.at("seconds").at("value").get<double>(), slope(result.at("points"), "seconds"), 1e-9);
@@ -100,7 +102,8 @@ TEST(BenchScene, time_ends_it) {
   ASSERT_TRUE(succeeded(here.eikon(bench("--time 0.2 --json e.json"))));
   const nlohmann::json points = read_json(here / "e.json").at("points");
   ASSERT_FALSE(points.empty());
-  // The next point takes as long again as all before it, so the first that used more than half of the time is the last.
+  // The next point takes as long again as all before it, so the first that used more than half of
+  // the time is the last.
   for (std::size_t i = 0; i < points.size(); ++i)
     EXPECT_EQ(2 * points[i].at("seconds").get<double>() > kTime_s, i + 1 == points.size()) << "point " << i;
   ASSERT_TRUE(succeeded(here.eikon(bench("--time 1e6 --spp 4 --json e.json"))));

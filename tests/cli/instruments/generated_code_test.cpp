@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// That the lanes of the kernels' text become vector registers. A compiler that takes them apart says nothing and renders five
-// times slower, so this reads the machine code that PoCL keeps in its cache.
+// That the lanes of the kernels' text become vector registers. A compiler that takes them apart
+// says nothing and renders five times slower, so this reads the machine code that PoCL keeps in its
+// cache.
 #include <array>
 #include <filesystem>
 #include <fstream>
@@ -19,7 +20,8 @@ struct Code {
   std::uint64_t scalar_floats = 0;  // + - * / sqrt of single floats
 };
 
-/// Machine code of everything in PoCL's cache folder: by name of kernel, and of each of its functions as "kernel.function".
+/// Machine code of everything in PoCL's cache folder: by name of kernel, and of each of its
+/// functions as "kernel.function".
 std::map<std::string, Code> code_in(const Workplace& here, const std::string& wide_register) {
   const std::regex instruction(R"(^\s+[0-9a-f]+:\s)"), float_operation(R"(\sv?(add|sub|mul|div|sqrt)(p|s)s\s)"),
       function(R"(^[0-9a-f]+ <(\w+)>:$)");
@@ -48,7 +50,8 @@ std::map<std::string, Code> code_in(const Workplace& here, const std::string& wi
   return found;
 }
 
-/// What the device's lanes should be in: "%zmm" for 16, "%ymm" for 8; empty where this test cannot tell.
+/// What the device's lanes should be in: "%zmm" for 16, "%ymm" for 8; empty where this test cannot
+/// tell.
 std::string wide_register_of(const Workplace& here) {
   const Outcome devices = here.eikon("devices");
   if (!contains(devices.out, "pthread") || here.shell("objdump --version").code != 0) return "";
@@ -57,7 +60,8 @@ std::string wide_register_of(const Workplace& here) {
   return contains(devices.out, "runs 8 lanes") && contains(flags.out, " avx2") ? "%ymm" : "";
 }
 
-// The scene has all that is in the way of vector code: textures, GGX, transmission, an environment map.
+// The scene has all that is in the way of vector code: textures, GGX, transmission, an environment
+// map.
 void expect_vectors(const std::string& stages, const std::map<std::string, double>& least_share) {
   const Workplace here;
   const std::string wide_register = wide_register_of(here);
@@ -91,7 +95,8 @@ TEST(GeneratedCode, stages_in_one_launch_fill_vector_registers) {
                            {"paths.stage_shadow", 0.1}});
 }
 TEST(GeneratedCode, stages_launched_one_by_one_fill_vector_registers) {
-  // The kernel "generate" is small beside PoCL's loops over work-items, which are around each kernel.
+  // The kernel "generate" is small beside PoCL's loops over work-items, which are around each
+  // kernel.
   expect_vectors("unfused", {{"generate.stage_generate", 0.4}, {"intersect", 0.1}, {"shade", 0.25}, {"shadow", 0.1}});
 }
 

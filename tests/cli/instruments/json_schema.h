@@ -14,7 +14,8 @@ namespace eikon::test {
 class JsonSchema {
  public:
   explicit JsonSchema(nlohmann::json schema) : root_(std::move(schema)) {}
-  /// What is wrong with `value`, one line each. Stricter than the schema: a property that it does not describe is wrong too.
+  /// What is wrong with `value`, one line each. Stricter than the schema: a property that it does
+  /// not describe is wrong too.
   std::vector<std::string> errors(const nlohmann::json& value) const {
     std::vector<std::string> found;
     check(root_, value, "$", found);

@@ -65,9 +65,10 @@ TEST(Measure, a_table_of_a_table_is_that_table_but_for_the_rounding_of_direction
   }
   std::printf("entries differ by %.2g of themselves at most, beyond 81 degrees of theta_d by %.2g\n", worst,
               worst_grazing);
-  // Components of directions are known to 6e-8, their sum to 1.2e-7: the half vector to that over 2 cos theta_d, 4e-7 rad below 81
-  // degrees, 1/1000 of the cells in which entries change at all (4e-4 rad), and entries change by less than themselves from cell to
-  // cell. At 89.5 degrees it is 7e-6 rad, 1/100 of cells where grazing entries change so (7e-4 rad and more).
+  // Components of directions are known to 6e-8, their sum to 1.2e-7: the half vector to that over 2
+  // cos theta_d, 4e-7 rad below 81 degrees, 1/1000 of the cells in which entries change at all
+  // (4e-4 rad), and entries change by less than themselves from cell to cell. At 89.5 degrees it is
+  // 7e-6 rad, 1/100 of cells where grazing entries change so (7e-4 rad and more).
   EXPECT_LT(worst, 1e-3);
   EXPECT_LT(worst_grazing, 1e-2);
 }

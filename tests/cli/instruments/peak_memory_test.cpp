@@ -33,8 +33,9 @@ nlohmann::json accessor(int view, std::size_t offset, int component, std::size_t
   return {{"bufferView", view}, {"byteOffset", offset}, {"componentType", component}, {"count", count}, {"type", type}};
 }
 
-/// A .glb of meshes of side x side vertices with normals, indexed: 24 bytes per triangle. Each begins one vertex after the
-/// one before, so they share bytes, but no accessor. emits: every triangle is a light
+/// A .glb of meshes of side x side vertices with normals, indexed: 24 bytes per triangle. Each
+/// begins one vertex after the one before, so they share bytes, but no accessor. emits: every
+/// triangle is a light
 std::string sheets(std::uint32_t side, std::uint32_t meshes, bool emits = false) {
   std::vector<float> positions, normals;
   std::vector<std::uint32_t> indices;
@@ -214,9 +215,9 @@ TEST(PeakMemory, of_a_render_is_what_its_devices_read_and_no_copy_of_it) {
   const std::uint64_t large = peak_bytes(here, "render large.glb" + how);
   ASSERT_GT(small, 0U);
   ASSERT_GT(large, 0U);
-  // A Triangle, its TriangleNormals and an entry in the list of triangles; and half of the meshes, 12 bytes, for the one that
-  // is being packed and for what the C library keeps of memory that was given back. All meshes beside the records would be 24
-  // bytes, another copy of the records 128.
+  // A Triangle, its TriangleNormals and an entry in the list of triangles; and half of the meshes,
+  // 12 bytes, for the one that is being packed and for what the C library keeps of memory that was
+  // given back. All meshes beside the records would be 24 bytes, another copy of the records 128.
   EXPECT_LT(double(large - small) / double(triangles_of(side)), 64 + 64 + 4 + 12) << large << " and " << small;
 }
 
@@ -265,7 +266,8 @@ TEST(PeakMemory, of_info_with_compressed_meshes_is_within_what_it_says_of_them) 
 
 TEST(PeakMemory, does_not_grow_with_samples) {
   const Workplace here;
-  // Room for so many samples would be 12 bytes each: 3 and 25 MB. Units are as large in both, and the set of samples has no more parts.
+  // Room for so many samples would be 12 bytes each: 3 and 25 MB. Units are as large in both, and
+  // the set of samples has no more parts.
   const auto peak = [&](int spp) {
     return peak_bytes(here, "render --devices cpu " + scene("cornell.gltf") +
                                 " -o out.exr --size 64x64 --quiet --spp " + std::to_string(spp));

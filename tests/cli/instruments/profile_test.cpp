@@ -33,7 +33,8 @@ struct Timeline {
 
 constexpr double kRound_us = 1e-3;  // ends are sums of rounded numbers
 
-/// Reads and checks: known kinds of events, named tracks, spans that nest or follow each other, counters in the order of time.
+/// Reads and checks: known kinds of events, named tracks, spans that nest or follow each other,
+/// counters in the order of time.
 Timeline read_timeline(const json& file) {
   Timeline timeline;
   for (const json& event : file.at("traceEvents")) {
@@ -94,8 +95,8 @@ double coverage(const std::vector<Span>& spans) {
   return covered_us / (end_us - spans.front().begin_us);
 }
 
-// Structure and sums are judged: the steps are all there, in their order, and agree with the seconds of the statistics as far as one
-// reading of the clock encloses the other.
+// Structure and sums are judged: the steps are all there, in their order, and agree with the
+// seconds of the statistics as far as one reading of the clock encloses the other.
 void expect_timeline_of(const Timeline& timeline, const json& stats, std::size_t device) {
   const json& seconds = stats.at("seconds");
   const std::vector<Span>& main = timeline.track("main");
@@ -145,8 +146,8 @@ TEST(Profile, shows_where_the_wall_time_of_the_statistics_went) {
                    read_json(here / "stats.json").at("relmse_predicted").get<double>());
 }
 
-// Another process may take the processor between two spans, so the best of several renders counts: time that no span covers is
-// missing in all of them.
+// Another process may take the processor between two spans, so the best of several renders counts:
+// time that no span covers is missing in all of them.
 TEST(Profile, spans_cover_nine_tenths_of_the_time) {
   double main = 0, device = 0;
   for (int attempt = 0; attempt < 5 && (main < 0.9 || device < 0.9); ++attempt) {

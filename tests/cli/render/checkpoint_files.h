@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checkpoints as files: what is in them, when there is a new one, and what a render that nothing disturbed would have left.
+// Checkpoints as files: what is in them, when there is a new one, and what a render that nothing
+// disturbed would have left.
 #pragma once
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -28,7 +29,8 @@ inline Checkpoint read_checkpoint(const std::filesystem::path& path) {
   return checkpoint;
 }
 
-/// Whether the process has begun to receive it on a thread of its own; before that the signal would end it.
+/// Whether the process has begun to receive it on a thread of its own; before that the signal would
+/// end it.
 inline bool listens_to(pid_t process, int signal) {
   const std::string status = read_bytes("/proc/" + std::to_string(process) + "/status");
   const std::size_t at = status.find("SigBlk:");
@@ -46,7 +48,8 @@ inline bool has_ended(pid_t process) {
   return waitid(P_PID, id_t(process), &info, WEXITED | WNOHANG | WNOWAIT) == 0 && info.si_pid != 0;
 }
 
-/// Waits for `count` new files of that name, or the end of the process. Returns whether it still runs.
+/// Waits for `count` new files of that name, or the end of the process. Returns whether it still
+/// runs.
 inline bool wait_for_files(pid_t process, const std::filesystem::path& path, int count) {
   ino_t last = identity(path);
   for (int i = 0; i < 120000 && count > 0; ++i) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checkpoints and --resume: whatever ends a render, going on from its checkpoint gives the bits of one that nothing disturbed.
+// Checkpoints and --resume: whatever ends a render, going on from its checkpoint gives the bits of
+// one that nothing disturbed.
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>

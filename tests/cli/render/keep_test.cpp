@@ -72,7 +72,8 @@ TEST(Keep, a_picture_that_does_not_fit_on_its_disk_is_kept_where_it_does) {
   for (const auto& entry : std::filesystem::recursive_directory_iterator(here / "temporary"))
     if (entry.is_regular_file()) kept.push_back(entry.path());
   ASSERT_EQ(kept.size(), 1U);
-  // Others can write into the folder of temporary files, where a name that they guess may be a link of theirs.
+  // Others can write into the folder of temporary files, where a name that they guess may be a link
+  // of theirs.
   const std::filesystem::path folder = kept[0].parent_path();
   EXPECT_NE(folder, here / "temporary");
   EXPECT_EQ(std::filesystem::status(folder).permissions(), std::filesystem::perms::owner_all);

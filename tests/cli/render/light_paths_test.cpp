@@ -106,7 +106,8 @@ TEST(LightPathsOption, a_small_picture_has_a_trial_where_nothing_else_finds_some
   ASSERT_TRUE(succeeded(here.eikon(room + "--seed 21 -o a.exr --stats a.json")));
   const Outcome compared = here.eikon("compare a.exr reference.exr --json");
   ASSERT_TRUE(succeeded(compared));
-  // With one light path for sixteen paths from the camera it is 93: one of them comes by the vase and brings 8,680 to a pixel of 0.25.
+  // With one light path for sixteen paths from the camera it is 93: one of them comes by the vase
+  // and brings 8,680 to a pixel of 0.25.
   EXPECT_LT(nlohmann::json::parse(compared.out).at("relmse"), 0.3);
   const nlohmann::json with_trial = read_json(here / "a.json").at("pilot");
   ASSERT_FALSE(with_trial.is_null());

@@ -21,7 +21,8 @@ using scene_test::target_of;
 constexpr int kWidth = 24, kHeight = 16;
 constexpr double kFrame_s = 1.0 / 24;
 
-/// A triangle that fills the picture, 2 m in front of a camera whose picture is as high as its distance.
+/// A triangle that fills the picture, 2 m in front of a camera whose picture is as high as its
+/// distance.
 Builder wall() {
   Builder builder;
   builder.node() = {{"name", "wall"}, {"mesh", 0}, {"scale", {40, 40, 1}}, {"translation", {-10, -10, -2}}};
@@ -100,8 +101,10 @@ TEST(MotionLayer, a_parallel_camera_that_rises_sees_everything_sink) {
   expect_motion(rendered(here, builder, "--frame 0"), 2e-4, [](double, double) { return std::pair(0.0, -0.8); });
 }
 
-/// A wall whose corners follow joints, which are nodes 2 and 3. It stands in front of the camera as long as they are at rest.
-/// weights  of the second joint at the three corners, which are at (-3, -3), (7, -3) and (-3, 7) of the wall's plane
+/// A wall whose corners follow joints, which are nodes 2 and 3. It stands in front of the camera as
+/// long as they are at rest.
+/// weights  of the second joint at the three corners, which are at (-3, -3), (7, -3) and (-3, 7) of
+///          the wall's plane
 Builder skinned_wall(const std::array<float, 3>& weights) {
   Builder builder = wall();
   std::vector<float> shares, binds;

@@ -117,8 +117,8 @@ TEST(Picture, an_orthographic_camera_has_no_field_of_view_and_says_where_its_fil
       succeeded(here.eikon("render plan.gltf -o out.exr --size 8x4 --spp 2 --quiet --look-at 0,0,9:0,0,0 --fov 9")));
 }
 
-// ImfStandardAttributes.h: in the camera's space what is ahead has positive z; (0, 0) and (1, 1) are the upper left and the
-// lower right corner of the picture.
+// ImfStandardAttributes.h: in the camera's space what is ahead has positive z; (0, 0) and (1, 1)
+// are the upper left and the lower right corner of the picture.
 TEST(Picture, its_matrices_are_those_of_openexr) {
   const Workplace here;
   ASSERT_TRUE(succeeded(here.eikon("render " + scene("sphere_in_sky.gltf") +

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `eikon render` as a user runs it: what it writes, what it says, and that its bits do not depend on how it ran.
+// `eikon render` as a user runs it: what it writes, what it says, and that its bits do not depend
+// on how it ran.
 #include <sys/wait.h>
 
 #include <chrono>
@@ -254,7 +255,8 @@ TEST(Render, replays_only_samples_that_the_image_has_and_writes_none_of_its_file
   EXPECT_TRUE(here.files().empty());
 }
 
-// A lamp so bright that what it gives leaves the film's range, in a room where few scattered rays meet it.
+// A lamp so bright that what it gives leaves the film's range, in a room where few scattered rays
+// meet it.
 std::string glaring(const Workplace& here) {
   std::string text = read_bytes(scene("cornell.gltf"));
   const std::size_t at = text.find("\"emissiveStrength\"");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Signals at any moment: while a driver compiles, which puts handlers of its own in the place of any, and with several renders in
-// one process.
+// Signals at any moment: while a driver compiles, which puts handlers of its own in the place of
+// any, and with several renders in one process.
 #include <fmt/format.h>
 
 #include <chrono>

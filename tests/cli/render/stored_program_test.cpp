@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Renders that open the programs of earlier ones from their binaries, in a cache folder of their own.
+// Renders that open the programs of earlier ones from their binaries, in a cache folder of their
+// own.
 #include "cli/render/checkpoint_files.h"
 
 namespace eikon::test {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A stand-in for the viewer tev: a server that decodes what is sent to it, by the protocol as tev's own reader has it.
+// A stand-in for the viewer tev: a server that decodes what is sent to it, by the protocol as tev's
+// own reader has it.
 #pragma once
 #include <arpa/inet.h>
 #include <fmt/format.h>
@@ -98,7 +99,8 @@ class TevServer {
   std::atomic<bool> stop_{false};
   std::atomic<int> pictures_{0}, connections_{0};
 
-  /// One connection after the other. The listener is closed only at the end, and keeps those that wait.
+  /// One connection after the other. The listener is closed only at the end, and keeps those that
+  /// wait.
   void serve() {
     for (;;) {
       const bool last = stop_.load();  // of connections that were made before, none is overlooked

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What of the contract of bsdf.h bsdf_test.cpp asks of single scattering alone, with energy compensation; and linearity in colours.
-// The programs are those of its tests of reciprocity.
+// What of the contract of bsdf.h bsdf_test.cpp asks of single scattering alone, with energy
+// compensation; and linearity in colours. The programs are those of its tests of reciprocity.
 #include <gtest/gtest.h>
 
 #include "kernels/bsdf/bsdf_probe.h"
@@ -27,9 +27,10 @@ TEST(BsdfContract, with_energy_compensation_weight_is_eval_over_pdf) {
   }
 }
 
-// What comes back is what the tables say is lost, which is exact within .005 for metal, .03 for glass (bsdf_energy_test.cpp) and
-// .012 for brushed metal; of brushed glass the share is a guess, and it is left out here. The tables are for the usual
-// reflectance: where KHR_materials_specular lets rough glass reflect next to nothing, .03 more comes back than is lost.
+// What comes back is what the tables say is lost, which is exact within .005 for metal, .03 for
+// glass (bsdf_energy_test.cpp) and .012 for brushed metal; of brushed glass the share is a guess,
+// and it is left out here. The tables are for the usual reflectance: where KHR_materials_specular
+// lets rough glass reflect next to nothing, .03 more comes back than is lost.
 TEST(BsdfContract, M5_with_energy_compensation_no_more_light_leaves_than_arrives) {
   constexpr int kSamples = 6000;
   std::mt19937 random(4);
@@ -65,8 +66,8 @@ TEST(BsdfContract, M5_with_energy_compensation_no_more_light_leaves_than_arrives
   std::printf("greatest albedo: %.4f\n", most);
 }
 
-// f of the mean of two colours is the mean of both f: of the base colour for every lobe, and of the colours that multiply others. But
-// for metal under a film, whose index follows from its colour.
+// f of the mean of two colours is the mean of both f: of the base colour for every lobe, and of the
+// colours that multiply others. But for metal under a film, whose index follows from its colour.
 TEST(BsdfContract, every_lobe_is_linear_in_its_colours) {
   std::mt19937 random(6);
   for (const float roughness : {0.05F, 0.3F, 1.0F}) {
@@ -101,7 +102,8 @@ TEST(BsdfContract, every_lobe_is_linear_in_its_colours) {
   }
 }
 
-// A black material shows its coat alone, in two frames: that of the coat, and one in which coat and surface lean together.
+// A black material shows its coat alone, in two frames: that of the coat, and one in which coat and
+// surface lean together.
 TEST(BsdfContract, a_coat_reflects_by_its_own_normal_whatever_it_lies_on) {
   std::mt19937 random(8);
   for (const float roughness : {0.05F, 0.3F, 1.0F}) {

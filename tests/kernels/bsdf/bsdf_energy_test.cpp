@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// --energy-compensation: what single scattering between microfacets loses comes back, no more and no less.
+// --energy-compensation: what single scattering between microfacets loses comes back, no more and
+// no less.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,7 +12,8 @@
 namespace eikon::test {
 namespace {
 
-/// What a specimen under even light shows along wo, in units of that light; radiance beyond a refracting surface is eta^2 of it.
+/// What a specimen under even light shows along wo, in units of that light; radiance beyond a
+/// refracting surface is eta^2 of it.
 Mean furnace(const Specimen& specimen, const Direction& wo, bool compensated, unsigned seed) {
   constexpr int kSamples = 100000;
   std::mt19937 random(seed);
@@ -71,7 +73,8 @@ TEST(EnergyCompensation, coloured_metal_darkens_where_light_meets_it_more_than_o
   ProbeMaterial gold{.base_color = {0.5F, 0.5F, 0.5F}, .metallic = 1, .roughness = 1};
   const Specimen specimen{"half reflecting metal", kLobe_metallic_roughness, gold};
   const Mean m = furnace(specimen, {0, 0, 1}, true, 5), single = furnace(specimen, {0, 0, 1}, false, 6);
-  // Each further reflection is by the mean reflectance f; a share of 1 - .4091 (the mean albedo) goes on to the next one.
+  // Each further reflection is by the mean reflectance f; a share of 1 - .4091 (the mean albedo)
+  // goes on to the next one.
   const double f = 0.5 + 0.5 / 21, lost = 1 - 0.4091;
   const double more = f * f * (1 - lost) / (1 - f * lost) * (1 - 0.306852819);
   EXPECT_NEAR(m.mean - single.mean, more, 4 * (m.standard_error + single.standard_error) + 2e-3);
@@ -85,8 +88,8 @@ TEST(EnergyCompensation, brushed_metal_is_nearly_as_bright_as_its_surroundings) 
         ProbeMaterial material{.metallic = 1, .roughness = y};
         material.roughness_x = x;
         const Mean m = furnace({"brushed", kLobe_metallic_roughness, material}, from_angle(angle, turn), true, 7);
-        // The tables say at most .11 too little is lost, and the mean at most .0055 too little, in parts of what is lost
-        // (tools/tables/make_anisotropy_table.py --check).
+        // The tables say at most .11 too little is lost, and the mean at most .0055 too little, in
+        // parts of what is lost (tools/tables/make_anisotropy_table.py --check).
         SCOPED_TRACE(std::to_string(x) + " " + std::to_string(y) + ", " + std::to_string(angle) +
                      " degrees, turned by " + std::to_string(turn));
         EXPECT_LE(m.mean, 1 + 4 * m.standard_error + 0.012);
@@ -94,7 +97,8 @@ TEST(EnergyCompensation, brushed_metal_is_nearly_as_bright_as_its_surroundings) 
       }
 }
 
-// Directions differ more than their mean does, as the tables are those of isotropic glass that loses as much.
+// Directions differ more than their mean does, as the tables are those of isotropic glass that
+// loses as much.
 TEST(EnergyCompensation, brushed_glass_loses_a_twentieth_in_the_mean_where_it_lost_a_third) {
   for (const auto& [x, y] :
        {std::pair(0.9F, 0.05F), std::pair(0.91F, 0.3F), std::pair(0.73F, 0.3F), std::pair(1.0F, 0.7F)}) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Measured tables: Lambert's exactly, interpolation, reciprocity, sampling, energy; and tables measured from known materials.
+// Measured tables: Lambert's, interpolation, reciprocity, sampling, energy, and known materials.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -16,7 +16,7 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr int kH = EK_MEASURED_THETA_H, kD = EK_MEASURED_THETA_D, kP = EK_MEASURED_PHI_D;
 
-/// Coordinates of a pair of directions, in cells as the table counts them: i is the lower bound of cell i.
+/// Coordinates of a pair of directions, in cells: i is the lower bound of cell i.
 struct Angles {
   double h, d, p, cos_d;
 };
@@ -27,7 +27,7 @@ Angles angles_of(const std::array<double, 3>& wo, const std::array<double, 3>& w
   for (const double x : sum) length2 += x * x;
   for (std::size_t k = 0; k < 3; ++k) half[k] = sum[k] / std::sqrt(length2);
   const double sin_h = std::hypot(half[0], half[1]), cos_d = std::sqrt(length2) / 2;
-  // MERL's frame: the half vector turned to the pole, first about the normal, then about the second axis.
+  // MERL's frame: the half vector is turned to the pole, about the normal and the second axis.
   const double c = half[0] / sin_h, s = half[1] / sin_h;
   along = {c * wi[0] + s * wi[1], -s * wi[0] + c * wi[1], wi[2]};
   const double x = half[2] * along[0] - sin_h * along[2], y = along[1];
@@ -169,7 +169,7 @@ TEST(MeasuredLobe, values_between_the_middles_of_cells_are_interpolated_and_phi_
     wrapped += p0 == kP - 1 ? 1 : 0;
     for (std::size_t c = 0; c < 3; ++c) {
       const double f = answers.eval(i, c) / as_float(q.in[6][i]);
-      // phi_d is off by 1e-7 / 0.01 rad at most, 1e-3 cells, of values that change by 0.04 per cell.
+      // phi_d is off by 1e-7 / 0.01 rad at most, 1e-3 cells; values change by 0.04 per cell.
       ASSERT_NEAR(f, (c == 0 ? 0.5 : 1) * expected[c], 5e-5) << at.h << " " << at.d << " " << at.p;
     }
   }
@@ -244,7 +244,7 @@ TEST(MeasuredLobe, M1_samples_have_the_density_that_pdf_states) {
         ++scattered;
         ++observed[bin({wo[0] + s.wi[0], wo[1] + s.wi[1], wo[2] + s.wi[2]})];
       }
-      // By the midpoint rule: densities are constant over a cell in the half vector, times smooth factors, up to the horizon.
+      // By the midpoint rule: densities are constant over a cell, times smooth factors.
       constexpr int kSteps = 16;
       Queries grid;
       std::vector<std::size_t> bins;
@@ -361,10 +361,11 @@ std::vector<float> measured(const Material& material) {
   throw std::runtime_error("no OpenCL device");
 }
 
-// Interpolation between samples at unit distance is off by at most an eighth of the second derivative, for each of the three
-// coordinates [the remainder of linear interpolation]; the second differences of the entries around give that derivative,
-// with a factor of 2 for its change between neighbours. Entries are rounded evaluations at rounded directions: 1e-4 of them
-// for a lobe of 0.12 rad at directions known to 1e-7 rad, where cells are known to 1e-3 of a cell.
+// Interpolation between samples at unit distance is off by at most an eighth of the second
+// derivative, for each of the three coordinates [the remainder of linear interpolation]; the second
+// differences of the entries around give that derivative, with a factor of 2 for its change between
+// neighbours. Entries are rounded evaluations at rounded directions: 1e-4 of them for a lobe of
+// 0.12 rad at directions known to 1e-7 rad, where cells are known to 1e-3 of a cell.
 TEST(MeasuredLobe, tables_measured_from_known_materials_are_those_materials_within_the_tables_resolution) {
   for (const Known& known : known_materials()) {
     SCOPED_TRACE(known.name);
@@ -415,8 +416,8 @@ TEST(MeasuredLobe, tables_measured_from_known_materials_are_those_materials_with
   }
 }
 
-// Of all light that a view receives, the ends of the table included, by samples of the material itself. Views are two cells of
-// theta_d above the horizon at least: nearer ones (1.3 % at a cosine of 0.02) lie between entries of which some are below it.
+// Of all light that a view receives, by samples of the material itself. Views are two cells of
+// theta_d above the horizon at least: nearer ones lie between entries of which some are below it.
 TEST(MeasuredLobe, measured_tables_misplace_less_than_a_hundredth_of_the_light) {
   for (const Known& known : known_materials()) {
     const MeasuredTable table = make_measured_table(measured(known.material));

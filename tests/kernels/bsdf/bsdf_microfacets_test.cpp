@@ -44,7 +44,8 @@ TEST(Conductor, M14_reflectance_is_that_of_complex_arithmetic_at_every_angle_and
   for (std::size_t i = 0; i < f.size(); ++i) {
     const auto& [cosine, eta, k] = queries[i];
     const double exact = by_complex_numbers(cosine, {eta, k});
-    // Next to a critical angle the reflectance rises without bound: what two units in the last place of the input change counts.
+    // Next to a critical angle the reflectance rises without bound: what two units in the last
+    // place of the input change counts.
     double conditioned = 0;
     for (const double scale : {1 - 0x1p-22, 1 + 0x1p-22})
       for (const double moved :
@@ -143,7 +144,8 @@ TEST(Anisotropy, M21_samples_at_a_ratio_of_1000_to_1_bring_back_what_the_lobe_re
       Queries q, grid;
       const Direction wo = from_angle(angle, turn);
       q.draw(200000, 0, wo, random);
-      // By half vectors: slopes of the distribution, tan(theta_h) cos(phi_h) = alpha.x s, ... on a grid of the disk.
+      // By half vectors: slopes of the distribution, tan(theta_h) cos(phi_h) = alpha.x s, ... on a
+      // grid of the disk.
       const Answers answers = scatter(all, q);
       std::vector<double> weights;
       for (std::size_t i = 0; i < q.size(); ++i)
@@ -177,8 +179,9 @@ TEST(Anisotropy, M21_samples_at_a_ratio_of_1000_to_1_bring_back_what_the_lobe_re
     }
 }
 
-// Of a layer of reflectance .04 the tables say at most .04 * .109 + .96 * .169 more than the truth, and the mean over all directions
-// at most .0125 less than that of what they say (tools/tables/make_anisotropy_table.py --check): both at grazing angles.
+// Of a layer of reflectance .04 the tables say at most .04 * .109 + .96 * .169 more than the truth,
+// and the mean over all directions at most .0125 less than that of what they say
+// (tools/tables/make_anisotropy_table.py --check): both at grazing angles.
 TEST(Anisotropy, a_white_base_under_a_brushed_layer_gives_back_no_more_than_arrives) {
   std::mt19937 random(5);
   for (const auto& [x, y] : {std::pair(1.0F, 0.0F), std::pair(1.0F, 0.1F), std::pair(0.7F, 0.2F),

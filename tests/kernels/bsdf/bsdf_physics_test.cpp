@@ -77,7 +77,8 @@ TEST(BsdfPhysics, M10_the_hemispherical_reflectance_is_that_of_the_integral) {
   }
 }
 
-/// Shares of light that a smooth surface reflects and transmits, by its delta samples: weight times probability.
+/// Shares of light that a smooth surface reflects and transmits, by its delta samples: weight times
+/// probability.
 struct Shares {
   double reflected = 0, transmitted = 0;
 };
@@ -217,7 +218,8 @@ TEST(BsdfPhysics, M7_towards_smoothness_a_surface_becomes_the_mirror_without_a_s
   peak.add(0, {0, 0, 1}, {0, 0, 1}, 0, 0, 0);
   const std::vector sharp{specimen_of("metallic_roughness", {.metallic = 1, .roughness = std::sqrt(1e-3F)})};
   EXPECT_NEAR(4 * scatter(sharp, peak).eval(0, 0), 1 / (std::numbers::pi * 1e-6), 1);
-  // What surfaces show of a sky that varies, on both sides of the switch to delta at alpha = 2^-13 and far from it.
+  // What surfaces show of a sky that varies, on both sides of the switch to delta at alpha = 2^-13
+  // and far from it.
   const auto sky = [](const std::array<double, 3>& w) { return std::pow(1 + 0.6 * w[0] - 0.3 * w[1] + 0.5 * w[2], 2); };
   constexpr int kSamples = 200000;
   const auto shows = [&](const ProbeMaterial& material, const char* lobe, double angle) {
@@ -272,7 +274,8 @@ TEST(BsdfPhysics, M17_a_metal_is_exactly_schlicks_mirror_of_its_base_color) {
     for (std::size_t c = 0; c < 3; ++c)
       ASSERT_NEAR(s.weight[c], material.base_color[c] + (1 - material.base_color[c]) * grazing, 3e-7);
   }
-  // The same at every microfacet of a rough one: eval over that of the lobe that reflects everything.
+  // The same at every microfacet of a rough one: eval over that of the lobe that reflects
+  // everything.
   ProbeMaterial rough = material, white = material;
   rough.roughness = white.roughness = 0.4F;
   white.base_color = {1, 1, 1};

@@ -31,7 +31,8 @@ inline Direction from_cosine(double z, double turn) {
   return {float(r * std::cos(phi)), float(r * std::sin(phi)), float(z)};
 }
 
-/// The parameters of a material as a file gives them; the probe makes the records of kernels/shared/records.def from them.
+/// The parameters of a material as a file gives them; the probe makes the records of
+/// kernels/shared/records.def from them.
 struct ProbeMaterial {
   std::array<float, 3> base_color = {1, 1, 1};
   float metallic = 0, roughness = 1, ior = 1.5F;
@@ -68,7 +69,8 @@ struct Specimen {
   float narrowest() const;
 };
 
-/// Specimens of every lobe at this roughness, a solid's back included. A lobe without any does not compile.
+/// Specimens of every lobe at this roughness, a solid's back included. A lobe without any does not
+/// compile.
 std::vector<Specimen> specimens(float roughness);
 
 /// What is asked about specimens: sampling at (u, v, choice), and eval and pdf of wi.
@@ -94,7 +96,8 @@ struct Answers {
   Sampled sample(std::size_t i) const;
 };
 
-/// uniform: with EK_HAS_uniform_scatter; anisotropic: with EK_HAS_anisotropy; compensated: with EK_HAS_energy_compensation
+/// uniform: with EK_HAS_uniform_scatter; anisotropic: with EK_HAS_anisotropy; compensated: with
+/// EK_HAS_energy_compensation
 Answers scatter(const std::vector<Specimen>& specimens, const Queries& q, bool uniform = false, bool anisotropic = true,
                 bool compensated = false);
 
@@ -104,7 +107,8 @@ std::vector<Words> scatter(const std::vector<MaterialRecord>& materials,
                            const Queries& q, bool uniform, bool anisotropic = true, const Words& texels = {},
                            bool compensated = false, const std::vector<std::string>& without = {});
 
-/// Of the kernels that ask about thin films alone: a program of little else, which compiles in a tenth of the time.
+/// Of the kernels that ask about thin films alone: a program of little else, which compiles in a
+/// tenth of the time.
 Probe thin_film_probe();
 
 }  // namespace eikon::test

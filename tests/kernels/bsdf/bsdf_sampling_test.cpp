@@ -17,12 +17,14 @@ Vector normalized(const Vector& a) {
   return {a[0] / length, a[1] / length, a[2] / length};
 }
 
-/// A partition of the sphere into bins that are fine where a lobe is narrow: the directions above the surface in polar
-/// coordinates about one axis, those below about another; polar angles by 1 - cos = scale t^6. Along a meridian a side ends at
-/// the surface's horizon, where densities jump: bins are integrated up to there.
+/// A partition of the sphere into bins that are fine where a lobe is narrow: the directions above
+/// the surface in polar coordinates about one axis, those below about another; polar angles by 1 -
+/// cos = scale t^6. Along a meridian a side ends at the surface's horizon, where densities jump:
+/// bins are integrated up to there.
 class Bins {
  public:
-  /// What of a bin an integral looks at: parts of its columns and of what its rows have on their side of the horizon, in 0 .. 1.
+  /// What of a bin an integral looks at: parts of its columns and of what its rows have on their
+  /// side of the horizon, in 0 .. 1.
   struct Cell {
     std::size_t bin;
     double row = 0, column = 0, size = 1;
@@ -36,7 +38,8 @@ class Bins {
   static constexpr unsigned kRows = 16, kColumns = 24, kNodes = 4;
   static constexpr std::size_t kCount = std::size_t{2} * kRows * kColumns;
 
-  /// axes of the upper and the lower half; whole: polar angles up to 180 degrees (a tilted axis), else up to the horizon
+  /// axes of the upper and the lower half; whole: polar angles up to 180 degrees (a tilted axis),
+  /// else up to the horizon
   Bins(const Vector& up, const Vector& down, bool whole) : axes_{up, down}, scale_(whole ? 2 : 1) {
     for (unsigned side = 0; side < 2; ++side) {
       Vector& z = axes_[side];
@@ -51,7 +54,8 @@ class Bins {
 
   std::size_t index(const Vector& w) const {
     const unsigned side = w[2] > 0 ? 0 : 1;
-    // 1 - cos by the distance: a float vector's length, and the cosine, say too little of small angles.
+    // 1 - cos by the distance: a float vector's length, and the cosine, say too little of small
+    // angles.
     Vector d = normalized(w);
     for (std::size_t k = 0; k < 3; ++k) d[k] -= axes_[side][k];
     const double t = std::pow(dot(d, d) / 2 / scale_, 1.0 / 6);
@@ -61,9 +65,10 @@ class Bins {
     return (std::size_t{side} * kRows + row) * kColumns + column;
   }
 
-  /// The kNodes x kNodes nodes of a cell by Gauss and Legendre's rule; none where all of the cell is another side's.
-  /// returns whether the cell lies low along the horizon, within a strip of which some densities live, or only a part of it, perhaps
-  /// without a node, is on its side
+  /// The kNodes x kNodes nodes of a cell by Gauss and Legendre's rule; none where all of the cell
+  /// is another side's.
+  /// returns whether the cell lies low along the horizon, within a strip of which some densities
+  /// live, or only a part of it, perhaps without a node, is on its side
   bool add_points(const Cell& cell, std::vector<Point>& points) const {
     constexpr double kAt[] = {0.0694318442029737, 0.330009478207572, 0.669990521792428, 0.930568155797026};
     constexpr double kWeight[] = {0.173927422568727, 0.326072577431273, 0.326072577431273, 0.173927422568727};
@@ -125,7 +130,8 @@ std::string worst_bins(const std::vector<double>& observed, const std::vector<do
   return text;
 }
 
-/// Bins about the normal for wide lobes; about the mirrored and the refracted direction for narrow ones.
+/// Bins about the normal for wide lobes; about the mirrored and the refracted direction for narrow
+/// ones.
 Bins bins_for(const Specimen& s, const Direction& wo) {
   if (s.narrowest() > 0.5F) return {{0, 0, 1}, {0, 0, -1}, false};
   const double eta = s.material.solid ? s.eta() : 1, z2 = 1 - (1 - double(wo[2]) * wo[2]) / (eta * eta);
@@ -134,13 +140,15 @@ Bins bins_for(const Specimen& s, const Direction& wo) {
   return {{-wo[0], -wo[1], wo[2]}, below, true};
 }
 
-/// What pdf integrates to over each bin: cells are quartered where that still matters, as at the horizons of a coat and of
-/// upright microfacets, where densities jump, and at least kLow times along the surface's own.
+/// What pdf integrates to over each bin: cells are quartered where that still matters, as at the
+/// horizons of a coat and of upright microfacets, where densities jump, and at least kLow times
+/// along the surface's own.
 std::vector<double> integrals(const std::vector<Specimen>& all, std::uint32_t which, const Direction& wo,
                               const Bins& bins, bool compensated) {
   constexpr unsigned kLow = 2, kDeepest = 6;
-  // A cell that is cut by a jump is off by less than quartering changes it; some hundred are, to either side.
-  // With 50,000 samples this is one sample of the hundred that a bin expects, a tenth of its standard deviation.
+  // A cell that is cut by a jump is off by less than quartering changes it; some hundred are, to
+  // either side. With 50,000 samples this is one sample of the hundred that a bin expects, a tenth
+  // of its standard deviation.
   constexpr double kResolved = 2e-5;
   const auto children = [](const Bins::Cell& c) {
     const double h = c.size / 2;
@@ -225,7 +233,8 @@ void check_sampling(float roughness, bool compensated = false) {
           share *= kDraws;
         }
         double scattered = 0;
-        // By direction and probability: two parts, a coat and what it lies on, may send light the same way.
+        // By direction and probability: two parts, a coat and what it lies on, may send light the
+        // same way.
         std::map<std::array<double, 4>, double> delta;
         for (unsigned i = 0; i < kDraws; ++i) {
           const Sampled s = sampled.sample(i);
@@ -242,7 +251,8 @@ void check_sampling(float roughness, bool compensated = false) {
         EXPECT_NEAR(total, scattered / kDraws, 4.5 * spread + 2e-3);
         worst_total = std::max(worst_total, std::abs(total - scattered / kDraws) - 4.5 * spread);
         EXPECT_LE(total, 1 + 1e-3);
-        // Where the samples that scatter go. A bin of which only a sliver scatters can have no point there.
+        // Where the samples that scatter go. A bin of which only a sliver scatters can have no
+        // point there.
         std::vector<double> counts, predicted;
         double slivers = 0;
         for (std::size_t i = 0; i < Bins::kCount; ++i) {

@@ -102,7 +102,8 @@ void check_reversal(bool compensated) {
       for (std::size_t c = 0; c < 3; ++c) {
         const double f = there.eval(i, c) * cos_o * scale, g = back.eval(i, c) * std::abs(cos_i);
         const double larger = std::max(f, g), difference = std::abs(f - g) / larger;
-        // What passes next to the critical angle is next to nothing, and a rounded difference of nearly equal numbers.
+        // What passes next to the critical angle is next to nothing, and a rounded difference of
+        // nearly equal numbers.
         if (larger < (bends ? 1e-4 : 1e-20)) continue;
         double& worst = bends ? worst_transmitted : worst_reflected;
         worst = std::max(worst, difference);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// --energy-compensation under thin films: what microfacets send each other is reflected by the film there, too.
+// --energy-compensation under thin films: what microfacets send each other is reflected by the film
+// there, too.
 #include <gtest/gtest.h>
 
 #include "kernels/bsdf/bsdf_probe.h"
@@ -102,9 +103,10 @@ std::vector<Words> film_of(const Specimen& s, const std::vector<float>& cosines)
   return rgb;
 }
 
-// Seen along the normal at alpha 1, where D = 1 / pi and 4 cos_i G2 / (4 cos_o cos_i) = 2 cos_i / (1 + cos_i) [Heitz 2014, eq. 99 with
-// both lengths 1]: what is left of f beyond single scattering, over all directions of the light, against Kulla and Conty's series. Each
-// further reflection is by the mean reflectance of the film on its metal; 1 - .4091 of light is lost at a time (M3).
+// Seen along the normal at alpha 1, where D = 1 / pi and 4 cos_i G2 / (4 cos_o cos_i) = 2 cos_i /
+// (1 + cos_i) [Heitz 2014, eq. 99 with both lengths 1]: what is left of f beyond single scattering,
+// over all directions of the light, against Kulla and Conty's series. Each further reflection is by
+// the mean reflectance of the film on its metal; 1 - .4091 of light is lost at a time (M3).
 TEST(ThinFilmEnergy, light_that_meets_a_film_more_than_once_is_reflected_by_its_mean_each_time) {
   constexpr int kSteps = 1000;
   std::vector<float> even, halves;  // cosines; the even ones of equal shares of the cosine-weighted hemisphere
@@ -143,14 +145,16 @@ TEST(ThinFilmEnergy, light_that_meets_a_film_more_than_once_is_reflected_by_its_
   }
 }
 
-// What glass loses is tabled for bare glass: with r and t lost of what is reflected and what passes, r <= .7 (M3), t >= 0, a film that
-// changes the reflectance by at most d changes the loss by at most .7 d; and bare glass is within .01.
+// What glass loses is tabled for bare glass: with r and t lost of what is reflected and what
+// passes, r <= .7 (M3), t >= 0, a film that changes the reflectance by at most d changes the loss
+// by at most .7 d; and bare glass is within .01.
 TEST(ThinFilmEnergy, M4_a_coated_lens_is_as_bright_as_its_surroundings_but_for_what_the_film_changes) {
   const double d = 0.03;  // of bare glass at normal incidence .04, of a quarter wave of 1.38 below .02
   for (const float roughness : {0.35F, 1.0F}) {
     for (const double angle : {0.0, 30.0})
       expect_as_bright_as_its_surroundings(films(roughness), {kLens, kLensInside}, angle, 0.01 + 0.7 * d);
-    // A thin wall reflects and passes in one lobe, of which as much is lost however much of it is reflected.
+    // A thin wall reflects and passes in one lobe, of which as much is lost however much of it is
+    // reflected.
     for (const double angle : {0.0, 75.0})
       expect_as_bright_as_its_surroundings(films(roughness), {kPane}, angle, 0.005);
   }

@@ -32,7 +32,8 @@ std::vector<std::array<double, 3>> film(const std::vector<std::pair<Film, double
 
 using Complex = std::complex<double>;
 
-/// [Airy 1833]: all orders, at one wave length, unpolarised, of a film between air and a base, which may absorb: index n + i k.
+/// [Airy 1833]: all orders, at one wave length, unpolarised, of a film between air and a base,
+/// which may absorb: index n + i k.
 double airy(double index, double nm, Complex base, double cosine, double lambda_nm) {
   const double sine2 = 1 - cosine * cosine;
   const Complex cos_film = std::sqrt(1 - sine2 / (index * index)), cos_base = std::sqrt(1.0 - sine2 / (base * base));
@@ -53,8 +54,8 @@ double airy(double index, double nm, Complex base, double cosine, double lambda_
   return sum;
 }
 
-/// Sensitivities of the eye, in Gaussians as of the kernel (their fit to those of the CIE is not what is tested): linear sRGB
-/// over that of an even spectrum.
+/// Sensitivities of the eye, in Gaussians as of the kernel (their fit to those of the CIE is not
+/// what is tested): linear sRGB over that of an even spectrum.
 std::array<double, 3> colour(double index, double nm, Complex base, double cosine) {
   struct Gauss {
     int channel;
@@ -66,7 +67,8 @@ std::array<double, 3> colour(double index, double nm, Complex base, double cosin
                               {2, 5.2481e-13, 2.2084e6, 6.6121e9}};
   double xyz[3] = {0, 0, 0}, white[3] = {0, 0, 0};
   for (const Gauss& g : kGauss) {
-    // Its Fourier transform is weight sqrt(2 pi variance) cos(middle phase) exp(-variance phase^2): over the wave number, in turns.
+    // Its Fourier transform is weight sqrt(2 pi variance) cos(middle phase) exp(-variance phase^2):
+    // over the wave number, in turns.
     const double scale = g.weight * std::sqrt(2 * std::numbers::pi * g.variance), width = std::sqrt(2 * g.variance);
     double sum = 0, all = 0;
     for (int i = -400; i <= 400; ++i) {
@@ -99,8 +101,9 @@ TEST(ThinFilm, reflects_at_normal_incidence_what_interference_does_at_every_wave
     const Film& at = queries[i].first;
     const auto expected = colour(at.index, at.nm, at.base, 1);
     for (std::size_t c = 0; c < 3; ++c) {
-      // The third order is left out: below both amplitudes to the third, twice, in colours that amplify by at most 4.4; and what is out
-      // of gamut, or above the bound of any wave length, is cut.
+      // The third order is left out: below both amplitudes to the third, twice, in colours that
+      // amplify by at most 4.4; and what is out of gamut, or above the bound of any wave length, is
+      // cut.
       const double top = (queries[i].first.index - 1) / (queries[i].first.index + 1),
                    bottom = (queries[i].first.base - queries[i].first.index) /
                             (queries[i].first.base + queries[i].first.index);
@@ -173,7 +176,8 @@ const std::array<Complex, 3> kGold{Complex(0.16779, 3.137816), Complex(0.350409,
     kAluminium{Complex(1.3, 7.5), Complex(0.96, 6.69), Complex(0.63, 5.5)},
     kOdd{Complex(2.9, 3.1), Complex(1.5, 0), Complex(0.2, 0.4)};  // chromium, glass, what is thinner than air
 
-/// What the orders beyond the eighth can add: 2 A |q|^m each, of either polarisation, in colours that amplify by at most 4.4.
+/// What the orders beyond the eighth can add: 2 A |q|^m each, of either polarisation, in colours
+/// that amplify by at most 4.4.
 double beyond_eighth_order(double index, Complex base, double cosine) {
   const double sine2 = 1 - cosine * cosine;
   const Complex cos_film = std::sqrt(1 - sine2 / (index * index)), cos_base = std::sqrt(1.0 - sine2 / (base * base));

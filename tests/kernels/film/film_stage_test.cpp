@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stage `film` as the renderer compiles it, fed with film slots of our own; the host's to_fixed is the oracle.
+// Stage `film` as the renderer compiles it, fed with film slots of our own; the host's to_fixed is
+// the oracle.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -106,7 +107,8 @@ Unit random_unit(std::uint32_t pixels, std::uint32_t samples, std::uint32_t begi
                  std::uint32_t seed) {
   Unit unit{pixels, samples, begin, replicate_bits, {}};
   std::mt19937 random(seed);
-  // Every exponent that a film can hold and smaller ones, both signs, zeros and denormals among them.
+  // Every exponent that a film can hold and smaller ones, both signs, zeros and denormals among
+  // them.
   for (std::size_t i = 0; i < std::size_t{kChannels} * pixels * samples; ++i) {
     const auto exponent = std::uint32_t(random() % 165);
     unit.slots.push_back(std::bit_cast<float>(std::uint32_t(random() & 0x807fffffU) | (exponent << 23)));

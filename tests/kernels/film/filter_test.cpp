@@ -57,7 +57,8 @@ TEST(Filter, random_places_have_the_filter_s_density) {
   }
 }
 
-// Nothing but the table stands between even numbers and the filter; it is coarsest where mitchell passes 0. Even numbers give even shares, in order, and signs as the filter has them.
+// Nothing but the table stands between even numbers and the filter; it is coarsest where mitchell
+// passes 0. Even numbers give even shares, in order, and signs as the filter has them.
 TEST(Filter, even_numbers_become_places_as_the_filter_weighs_them) {
   Words u;
   for (std::uint32_t i = 0; i < 1U << 18; ++i) u.push_back(as_word(float(64 * i + 32) * 0x1p-24F));

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Probes of path guiding, behind the text of probes.cl.
 #include "guide/guide.h"
-// Inputs: random numbers u and v, a cell. Outputs: u and v after the warp, its density, the direction, the density of that.
+// Inputs: random numbers u and v, a cell. Outputs: u and v after the warp, its density, the
+// direction, the density of that.
 EK_FN_ONCE void probe_guide_run(PROBE_ITEMS, global const uint* cells) {
   const GuideCell guide = {cells, IN_U(2)};
   vf u = IN_F(0), v = IN_F(1);
@@ -29,8 +30,9 @@ kernel void probe_cells(PROBE_ARGUMENTS, constant Frame* frame, global const uin
 
 #if EK_HAS_guiding
 #include "bsdf/bsdf.h"
-// Inputs: cell, the material's lobe as a bit set, its metallic part and alpha, wo, u, v, choice. Outputs: f / pdf of a
-// guided sample and its pdf; f and pdf of its direction, guided; f and pdf of it, not guided; whether it is of a mirror; its bin.
+// Inputs: cell, the material's lobe as a bit set, its metallic part and alpha, wo, u, v, choice.
+// Outputs: f / pdf of a guided sample and its pdf; f and pdf of its direction, guided; f and pdf of
+// it, not guided; whether it is of a mirror; its bin.
 EK_FN MaterialLanes guided_material(global const uint* cells, vu cell, vu lobes, vf metallic, vf alpha) {
   MaterialLanes m = {0};
   m.lobes = lobes;

@@ -92,7 +92,8 @@ TEST(Guide, the_density_of_a_direction_is_that_of_its_sample) {
     const auto out = warped(table, cell);
     std::size_t differ = 0;
     for (std::size_t i = 0; i < kSamples; ++i) {
-      // The inverse map rounds, so a direction at the very edge of a bin may come to lie in the next one.
+      // The inverse map rounds, so a direction at the very edge of a bin may come to lie in the
+      // next one.
       const float x = as_float(out[0][i]) * 8, y = as_float(out[1][i]) * 8;
       if (out[7][i] != std::uint32_t(x) * 8 + std::uint32_t(y))
         ++differ;
@@ -103,10 +104,10 @@ TEST(Guide, the_density_of_a_direction_is_that_of_its_sample) {
   }
 }
 
-// The density of each direction is at least EK_GUIDE_LEAST of what it would be without guiding: the diffuse part's is by
-// the least weight of a bin, and the specular part's is the same, or loses the sixth that follows the table on rough metal. So
-// what a sample counts for, its f over its pdf, is at most 1 / EK_GUIDE_LEAST times what the same direction counts for without
-// guiding.
+// The density of each direction is at least EK_GUIDE_LEAST of what it would be without guiding: the
+// diffuse part's is by the least weight of a bin, and the specular part's is the same, or loses the
+// sixth that follows the table on rough metal. So what a sample counts for, its f over its pdf, is
+// at most 1 / EK_GUIDE_LEAST times what the same direction counts for without guiding.
 TEST(Guide, no_weight_grows_by_more_than_the_inverse_of_the_least_density) {
   const GuideTable table = make_guide_table(some_cells(), 1);
   std::mt19937 random(29);
@@ -160,8 +161,8 @@ struct GuidedSurface {
   }
 };
 
-/// The probability of each bin: a sum over a grid that is even in solid angle between the circles on which bins end. By the
-/// cosine, the density at grazing directions would have no bound.
+/// The probability of each bin: a sum over a grid that is even in solid angle between the circles
+/// on which bins end. By the cosine, the density at grazing directions would have no bound.
 std::vector<double> bin_probabilities(const GuidedSurface& surface, const GuideTable& table) {
   constexpr std::size_t kRings = EK_GUIDE_ROWS / 2, kHeights = 256, kTurns = 1024;
   std::vector<Words> in = surface.inputs(kRings * kHeights * kTurns);

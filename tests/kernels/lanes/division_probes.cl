@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Probes of division and square root, behind the text of probes.cl.
 
-// These tell by integers alone if a float is the quotient of two mantissas, which are integers from 2^23 on, or the root of one. No
-// quotient and no root is halfway between two floats.
+// These tell by integers alone if a float is the quotient of two mantissas, which are integers from
+// 2^23 on, or the root of one. No quotient and no root is halfway between two floats.
 EK_FN bool is_rounded_quotient(uint a, uint b, float q) {
   const ulong whole = (ulong)a << (a < b ? 24 : 23), product = (ulong)((as_uint(q) & 0x7fffffu) | 0x800000u) * b;
   const ulong rest = whole > product ? whole - product : product - whole;
@@ -15,11 +15,13 @@ EK_FN bool is_rounded_root(uint x, uint exponent, float root) {
 }
 EK_FN float mantissa(uint of) { return as_float((of & 0x7fffffu) | 0x3f800000u); }
 
-// Inputs and outputs are numbers of one lane, as kernels of several divide by the driver's operation.
+// Inputs and outputs are numbers of one lane, as kernels of several divide by the driver's
+// operation.
 #define FOR_LANES for (uint i = item; i < item + EK_WIDTH; ++i)
 
-// Divides four numbers by each of 1024 divisors, of which the input is the first. Output: how many quotients are wrong, and how many
-// reciprocals are not as the proof in lanes/division.h needs them.
+// Divides four numbers by each of 1024 divisors, of which the input is the first. Output: how many
+// quotients are wrong, and how many reciprocals are not as the proof in lanes/division.h needs
+// them.
 PROBE(probe_quotients) {
   FOR_LANES {
     uint wrong = 0;
@@ -39,7 +41,8 @@ PROBE(probe_quotients) {
   }
 }
 
-// Takes the root of 1024 numbers from the input on, which has the bits of a float from 1/2 to 2. Output: how many are wrong.
+// Takes the root of 1024 numbers from the input on, which has the bits of a float from 1/2 to 2.
+// Output: how many are wrong.
 PROBE(probe_roots) {
   FOR_LANES {
     uint wrong = 0;
@@ -52,7 +55,8 @@ PROBE(probe_roots) {
 // Devices may flush denormal numbers and have NaNs of several bits.
 EK_FN bool is_denormal(float x) { return (as_uint(x) & 0x7fffffffu) - 1u < 0x7fffffu; }
 EK_FN uint bits_but_of_nan(float x) { return (as_uint(x) & 0x7fffffffu) > 0x7f800000u ? 0x7fc00000u : as_uint(x); }
-// A device may round a quotient as it likes if that, an operand or the reciprocal of the divisor may be denormal.
+// A device may round a quotient as it likes if that, an operand or the reciprocal of the divisor
+// may be denormal.
 EK_FN bool is_free(float a, float b) {
   const int exponent_a = (int)((as_uint(a) >> 23) & 255u), exponent_b = (int)((as_uint(b) >> 23) & 255u);
   const bool finite = exponent_b != 255 && b != 0.0f;

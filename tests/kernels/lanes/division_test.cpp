@@ -36,8 +36,9 @@ Probe with_guesses_off(int units) {
 
 constexpr std::uint32_t kBlock = 1024;  // numbers that an item of a probe tries
 
-/// Expects a probe to find nothing wrong among the numbers from `begin` to `end`. Kernels of several lanes divide by the driver's
-/// operation and always count 0, and those of one lane are expected to have the same words (Probe::run).
+/// Expects a probe to find nothing wrong among the numbers from `begin` to `end`. Kernels of
+/// several lanes divide by the driver's operation and always count 0, and those of one lane are
+/// expected to have the same words (Probe::run).
 void expect_none_wrong(Probe probe, const std::string& name, std::uint32_t begin, std::uint32_t end) {
   Words blocks;
   for (std::uint32_t first = begin; first < end; first += kBlock) blocks.push_back(first);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The dialect itself: what moves lanes about. That all widths agree is checked for every probe (probe.h).
+// The dialect itself: what moves lanes about. That all widths agree is checked for every probe
+// (probe.h).
 #include <gtest/gtest.h>
 
 #include <algorithm>

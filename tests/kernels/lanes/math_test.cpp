@@ -25,7 +25,8 @@ SincosError sincos_error(const Words& turns) {
   SincosError worst;
   for (std::size_t i = 0; i < turns.size(); ++i) {
     const double u = as_float(turns[i]);
-    // The nearest quarter is taken off exactly, so that double's own sin and cos see small arguments.
+    // The nearest quarter is taken off exactly, so that double's own sin and cos see small
+    // arguments.
     const double quarters = std::nearbyint(4 * u);
     const double angle = 2 * std::numbers::pi * (u - quarters / 4);
     const int quadrant = int(std::fmod(quarters, 4.0)) & 3;

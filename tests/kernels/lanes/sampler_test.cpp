@@ -78,7 +78,8 @@ TEST(Sampler, bits_are_reversed_and_hashed_one_to_one) {
   EXPECT_EQ(before.size(), after.size());
 }
 
-// An Owen scramble may change a bit only by looking at higher ones; on reversed words, at lower ones.
+// An Owen scramble may change a bit only by looking at higher ones; on reversed words, at lower
+// ones.
 TEST(Sampler, scramble_looks_at_lower_bits_only_and_flips_each_with_probability_one_half) {
   std::mt19937 random(3);
   constexpr std::size_t kSeeds = 4096;
@@ -100,7 +101,8 @@ TEST(Sampler, scramble_looks_at_lower_bits_only_and_flips_each_with_probability_
       ASSERT_NE(change & (1U << bit), 0U) << "bit " << bit << " was lost";
       for (unsigned b = bit + 1; b < 32; ++b) flips[b] += double((change >> b) & 1U);
     }
-    // A good hash is within 4 sigma of one half nearly everywhere; Vegdahl's is within 0.05 for the bits next above.
+    // A good hash is within 4 sigma of one half nearly everywhere; Vegdahl's is within 0.05 for the
+    // bits next above.
     for (unsigned b = bit + 1; b < 32; ++b)
       EXPECT_NEAR(flips[b] / kSeeds, 0.5, 0.12) << "bit " << bit << " to bit " << b;
   }
@@ -151,7 +153,8 @@ TEST(Sampler, dimensions_pixels_replicates_seeds_and_high_indices_are_independen
                           {.what = "next seed", .other = {.seed = 1}},
                           {.what = "last seed", .other = {.seed = 0xffffffffU}},
                           {.what = "2^32 samples later", .other = {.index_high = 1}}};
-  // For each case: x with x, y with y, x with y, y with x of the two samples, and within a sample x with y.
+  // For each case: x with x, y with y, x with y, y with x of the two samples, and within a sample x
+  // with y.
   const double alpha = sidak(cases.size() * 4 + 1);
   const auto joint = [&](const Words& p, const Words& q, const std::string& what) {
     std::vector<double> observed(kCells * kCells, 0), expected(kCells * kCells, double(kPixels) / (kCells * kCells));
@@ -175,7 +178,8 @@ TEST(Sampler, dimensions_pixels_replicates_seeds_and_high_indices_are_independen
   }
 }
 
-// What differs between two orders of the same net's points must not repeat between dimensions: else padding shows.
+// What differs between two orders of the same net's points must not repeat between dimensions: else
+// padding shows.
 TEST(Sampler, padded_pairs_fill_four_dimensions_evenly) {
   constexpr std::uint32_t kCount = 1U << 16;
   const auto first = samples(sequence(kCount), {.dimension = 4}), second = samples(sequence(kCount), {.dimension = 5});

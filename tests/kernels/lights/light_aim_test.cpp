@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where light paths are aimed, by what a trial has learned: directions and places come as densely as they are said to, whatever the
-// tables are, and targets and bins as often as the host takes them for.
+// Where light paths are aimed, by what a trial has learned: directions and places come as densely
+// as they are said to, whatever the tables are, and targets and bins as often as the host takes
+// them for.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -25,7 +26,8 @@ const std::vector<float4> kBalls = {
 const glm::dvec3 kPoints[] = {{2.3, 2.1, 1.7}, {0.4, -1.6, 0.6}, {-2.4, 2.0, -1.2}};
 const glm::dvec3 kSunDirections[] = {{0, 0, -1}, {0.6, 0.64, 0.48}, {-0.36, 0.48, 0.8}};
 
-/// Bins and weights without order, a bin that has nearly everything, and a target that nothing is known of.
+/// Bins and weights without order, a bin that has nearly everything, and a target that nothing is
+/// known of.
 LightAim some_aim() {
   std::mt19937 random(5);
   std::vector<AimedTarget> targets(kAimKinds * kBalls.size());
@@ -137,7 +139,8 @@ TEST(LightAim, places_come_as_densely_as_stated) {
   expect_starts_as_dense_as_stated<PlaneCells>("probe_target_origins", "probe_parallel_pdf_m2", kSunDirections);
 }
 
-/// Probability of each start, by the host: of targets by weights times cones over 2 pi or squared radii, of bins by the table.
+/// Probability of each start, by the host: of targets by weights times cones over 2 pi or squared
+/// radii, of bins by the table.
 std::vector<double> probabilities(const LightAim& aim, std::uint32_t kind, const std::vector<double>& sizes) {
   std::vector<double> shares(EK_AIM_STARTS);
   double all = 0;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The environment's map: looked up and sampled as its definition says, worked out here in double precision.
+// The environment's map: looked up and sampled as its definition says, worked out here in double
+// precision.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -139,8 +140,8 @@ std::vector<MapSample> sample(const Sky& sky, std::mt19937& random, std::size_t 
   return samples;
 }
 
-/// Integral over all directions of a function of (place, direction), by the midpoint rule in each cell's quarters, linear in
-/// azimuth and cosine.
+/// Integral over all directions of a function of (place, direction), by the midpoint rule in each
+/// cell's quarters, linear in azimuth and cosine.
 template <class Function>
 double integrate(const Sky& sky, Function f) {
   const std::uint32_t per = sky.width() * sky.height() > 1000 ? 8 : 256;
@@ -254,7 +255,8 @@ TEST(EnvironmentMap, lookup_is_the_bilinear_interpolation_at_poles_and_seam_too)
     for (std::size_t i = 0; i < in[0].size(); ++i) {
       const auto place = sky.place(double(as_float(in[0][i])), double(as_float(in[1][i])), double(as_float(in[2][i])));
       ASSERT_LT(out[6][i], sky.width() * sky.height());
-      // The seam is one place with two names, and a rounded rotation turns what is beside a pole around it.
+      // The seam is one place with two names, and a rounded rotation turns what is beside a pole
+      // around it.
       const double off = std::remainder(double(as_float(out[4][i])) - place[0], sky.width());
       const double near_pole = std::hypot(double(as_float(in[0][i])), double(as_float(in[2][i])));
       const double tolerance = 3e-7 * sky.width() * (1 + 1e-7 / std::max(near_pole, 1e-30));

@@ -11,7 +11,8 @@ EK_FN LightData probe_targets(global const float4* targets, global const uint* a
     name##_run(PROBE_PASSED, frame, probe_targets(targets, aim));                                                  \
   }
 
-// Inputs: a point, three random numbers. Outputs: a direction from there to the targets, its density per sr, and the name of the start.
+// Inputs: a point, three random numbers. Outputs: a direction from there to the targets, its
+// density per sr, and the name of the start.
 EK_FN_ONCE void probe_target_directions_run(PROBE_ITEMS, constant Frame* frame, LightData lights) {
   vu start;
   const v3 dir = direction_to_targets(frame, lights, IN_3(0), IN_3(3), &start);
@@ -21,8 +22,8 @@ EK_FN_ONCE void probe_target_directions_run(PROBE_ITEMS, constant Frame* frame, 
 }
 TARGET_PROBE(probe_target_directions)
 
-// Inputs: a direction of parallel light, three random numbers. Outputs: the origin of a light path, its density per m^2, and the name of
-// the start.
+// Inputs: a direction of parallel light, three random numbers. Outputs: the origin of a light path,
+// its density per m^2, and the name of the start.
 EK_FN_ONCE void probe_target_origins_run(PROBE_ITEMS, constant Frame* frame, LightData lights) {
   vu start;
   const v3 p = point_of_discs(frame, lights, IN_3(0), IN_3(3), &start);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sampling of emissive shapes: each density integrates to one over what is seen of the shape, points come as it says, and a ray that
-// meets the point that was chosen is told the same.
+// Sampling of emissive shapes: each density integrates to one over what is seen of the shape,
+// points come as it says, and a ray that meets the point that was chosen is told the same.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -146,8 +146,8 @@ TEST(LightShapes, M1_densities_integrate_to_one_and_points_come_as_they_say) {
       missed += densities[0][i] == 0 ? pdf * sr : 0;
     }
     EXPECT_LT(missed, 1e-4) << view.name << ": rays at the surface that do not meet it";
-    // The seen part of a round side ends within a column of points, and rays that graze it meet it elsewhere than meant: with 3072
-    // columns the sum is up to 7e-4 too small, with 4096 4e-4.
+    // The seen part of a round side ends within a column of points, and rays that graze it meet it
+    // elsewhere than meant: with 3072 columns the sum is up to 7e-4 too small, with 4096 4e-4.
     const bool flat = view.shape.kind == ShapeKind::box || plane, ball = view.shape.kind == ShapeKind::sphere;
     if (view.seen == 1)
       EXPECT_NEAR(integral, 1, flat || ball ? 1e-4 : 1e-3) << view.name;
@@ -170,7 +170,8 @@ TEST(LightShapes, M1_densities_integrate_to_one_and_points_come_as_they_say) {
       const double across = glm::dot(wi, vector_at(out, 3, i));
       ++observed[is_seen(across) ? cells.cell_of(wi) : expected.size() - 1];
       if (!is_seen(across) || std::abs(across) < 0.05) continue;
-      // Rounding of the direction moves the point by so much over the cosine, which turns the normal of a round shape.
+      // Rounding of the direction moves the point by so much over the cosine, which turns the
+      // normal of a round shape.
       const double tolerance = 1e-4 * std::max(1.0, 0.1 / (across * across));
       ++facing;
       const double pdf = double(as_float(out[6][i])), asked = double(as_float(out[14][i]));

@@ -5,8 +5,9 @@
 #include "traverse/shape_hit.h"
 
 #if EK_HAS_light_paths
-// Inputs: two words that choose the light and the place on it, three random numbers. Outputs: the record of the surface that the
-// light path leaves, its origin, its direction, and the first component of its throughput.
+// Inputs: two words that choose the light and the place on it, three random numbers. Outputs: the
+// record of the surface that the light path leaves, its origin, its direction, and the first
+// component of its throughput.
 EK_FN_ONCE void probe_emitted_path_run(PROBE_ITEMS, constant Frame* frame, SceneData scene, LightData lights) {
   const AliasSample choice =
       alias_table_sample(lights.light_paths.emission_alias_table, frame->emission_light_count, IN_U(0), IN_U(1));
@@ -23,8 +24,9 @@ kernel void probe_emitted_path(PROBE_ARGUMENTS, constant Frame* frame, EK_SCENE_
   probe_emitted_path_run(PROBE_PASSED, frame, scene, light_data);
 }
 
-// Inputs: the record of a shape, origin and direction of a ray. Outputs: whether the ray meets the shape, where, the normal there,
-// and the density per m^2 with which light paths start there, as a path from the camera that meets it takes it.
+// Inputs: the record of a shape, origin and direction of a ray. Outputs: whether the ray meets the
+// shape, where, the normal there, and the density per m^2 with which light paths start there, as a
+// path from the camera that meets it takes it.
 EK_FN_ONCE void probe_start_density_run(PROBE_ITEMS, constant Frame* frame, SceneData scene, LightData lights) {
   const vu record = IN_U(0);
   const v3 origin = IN_3(1), dir = IN_3(4);

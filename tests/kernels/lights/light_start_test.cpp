@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light paths that start from shapes: points come as densely as a path from the camera that meets them is told, directions as densely
-// as the cones of the targets lie there, and throughputs are what the light is over both. The scene has two lamps of each kind of
-// shape, one of them sheared, and targets that overlap.
+// Light paths that start from shapes: points come as densely as a path from the camera that meets
+// them is told, directions as densely as the cones of the targets lie there, and throughputs are
+// what the light is over both. The scene has two lamps of each kind of shape, one of them sheared,
+// and targets that overlap.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -35,7 +36,8 @@ enum : std::uint32_t { kGlass = kLampCount };  // index of its material, behind 
 
 bool is_sheared(std::size_t lamp) { return lamp % 2 == 1; }
 
-/// Two lamps of each kind: one as it is, which shines outwards alone, and one stretched and sheared, which shines inwards, too.
+/// Two lamps of each kind: one as it is, which shines outwards alone, and one stretched and
+/// sheared, which shines inwards, too.
 std::vector<Shape> lamps() {
   std::vector<Shape> all;
   for (const ShapeKindInfo& kind : shape_kinds()) {
@@ -61,7 +63,8 @@ std::vector<Shape> lamps() {
   return all;
 }
 
-/// Balls of glass. Targets hold their boxes: those of the first three overlap, and that of the last one holds a part of a lamp.
+/// Balls of glass. Targets hold their boxes: those of the first three overlap, and that of the last
+/// one holds a part of a lamp.
 std::vector<Shape> glass_balls() {
   std::vector<Shape> all;
   for (const auto& [center, radius] :
@@ -168,7 +171,8 @@ struct Stated {
   double start_m2;
 };
 
-/// The answers to rays that meet lamps. Each ray has the record of its lamp, its origin and its direction.
+/// The answers to rays that meet lamps. Each ray has the record of its lamp, its origin and its
+/// direction.
 std::vector<Stated> stated_for(const StartProbe& probe, const std::vector<Words>& rays) {
   const std::vector<Words> out = probe.run("probe_start_density", rays, 8);
   std::vector<Stated> all;
@@ -189,7 +193,8 @@ std::vector<Stated> stated_at(const StartProbe& probe, std::size_t lamp, const S
   return stated_for(probe, rays);
 }
 
-/// Density of directions: the cones that one lies in, over the sum of their solid angles. All around within a ball.
+/// Density of directions: the cones that one lies in, over the sum of their solid angles. All
+/// around within a ball.
 class Aim {
  public:
   Aim(const std::vector<float4>& targets, const glm::dvec3& from) {
@@ -262,7 +267,8 @@ TEST(LightPathStarts, M1_points_of_shapes_come_as_densely_as_they_say) {
   EXPECT_NEAR(probability, 1, 1e-4);
 }
 
-/// Cells of starts: by the quarter about the own Y axis of the shape in which a start lies, and by its direction.
+/// Cells of starts: by the quarter about the own Y axis of the shape in which a start lies, and by
+/// its direction.
 struct JointCells {
   static constexpr std::size_t kRows = 12, kColumns = 24, kCount = 4 * kRows * kColumns;
 
@@ -272,8 +278,9 @@ struct JointCells {
   }
 };
 
-/// Number of starts that are expected in each of JointCells: an integral over a lamp, and over directions. Each point has a grid of its
-/// own, shifted at random, so that the rims of cones are met evenly.
+/// Number of starts that are expected in each of JointCells: an integral over a lamp, and over
+/// directions. Each point has a grid of its own, shifted at random, so that the rims of cones are
+/// met evenly.
 std::vector<double> expected_directions(const StartProbe& probe, std::size_t lamp, const Shape& shape,
                                         std::mt19937& random) {
   constexpr std::size_t kRows = 2 * JointCells::kRows, kColumns = 2 * JointCells::kColumns;
@@ -351,7 +358,8 @@ TEST(LightPathStarts, M1_throughputs_are_the_light_over_the_density_that_is_told
   EXPECT_GT(overlapping, starts.size() / 10) << "too few directions lie in several cones";
   for (std::size_t lamp = 0; lamp < all.size(); ++lamp) {
     EXPECT_GT(asked[lamp], std::size_t(10000)) << name_of(all, lamp);
-    // Points next to an edge may be met on the face beside it, and a rim of a cone is a matter of rounding.
+    // Points next to an edge may be met on the face beside it, and a rim of a cone is a matter of
+    // rounding.
     EXPECT_LE(differ[lamp], asked[lamp] / 200) << name_of(all, lamp) << ": throughputs other than stated";
   }
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a light is chosen: the table's shares are those of its words, the kernels choose what it says, and what is left of the random
-// words is as good as new.
+// How a light is chosen: the table's shares are those of its words, the kernels choose what it
+// says, and what is left of the random words is as good as new.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Samples of area lights and of a constant environment: they are uniform, their densities are those that rays ask for, and their
-// means those of closed forms.
+// Samples of area lights and of a constant environment: they are uniform, their densities are those
+// that rays ask for, and their means those of closed forms.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -156,7 +156,7 @@ TEST(Light, sampled_power_of_emissive_triangles_is_that_of_the_closed_form) {
   for (const Light& l : lights.records) power += power_of(l);
   std::mt19937 random(7);
   std::vector<double> estimates;
-  // A point of a light radiates L pi per area and side. Two sides: found by comparing with the sampled record's normal.
+  // A point of a light radiates L pi per area and side.
   for (const Sample& s : sample_at(lights, random, 500000, {0, 0, 0}, {0, 0, 1})) {
     const auto light = std::find_if(lights.records.begin(), lights.records.end(),
                                     [&](const Light& l) { return double(l.emission_r) == s.radiance[0]; });
@@ -240,7 +240,8 @@ TEST(Light, L1_two_triangles_as_one_parallelogram_are_sampled_evenly_all_over) {
   EXPECT_GT(chi_square(cells, std::vector<double>(64, double(samples.size()) / 64)).p_value, kSignificance);
 }
 
-// Without a choice the same words give the same sample, to the bit, but for the last word: a full bucket gives that to its alias.
+// Without a choice the same words give the same sample, to the bit, but for the last word: a full
+// bucket gives that to its alias.
 TEST(Light, an_only_light_is_sampled_as_if_it_had_been_chosen) {
   const Lights lights = with_table({triangle_light({0, 0, 1}, {0, 1, 1}, {1, 0, 1}, 1)});
   std::mt19937 random(18);
@@ -334,7 +335,7 @@ TEST(Light, N2_the_ends_of_the_word_range_are_samples_like_any_other) {
   for (const Sample& s : sample(sky, ends, others, {{0, 0, 0}}, {0, 0, 0}, {0, 0, 1})) EXPECT_GT(s.pdf, 0);
 }
 
-// A shadow ray must end before the light that it goes to, at any scale and distance, and must reach nearly so far.
+// A shadow ray must end just before the light that it goes to, at any scale and distance.
 TEST(Light, G3_shadow_rays_stop_just_short_of_their_light) {
   std::mt19937 random(15);
   const auto unit = [&] { return 2 * double(random()) / 4294967296.0 - 1; };
@@ -365,7 +366,7 @@ TEST(Light, G3_shadow_rays_stop_just_short_of_their_light) {
           const Light& l = lights.records[choose(lights.table, a[i])];
           const Vec n = normal_of(l);
           const double cosine = std::abs(dot(n, s.dir)) / length(n) / length(s.dir);
-          // Nearly along the light, or as near as the coordinates' own rounding, nothing can be promised or is needed.
+          // Nothing is promised nearly along the light, or as near as coordinates are rounded.
           if (s.pdf == 0 || cosine < 0.01 || length(s.dir) < 1e-4 * scale * (1 + offset)) continue;
           ++tested;
           const double t_plane = dot(n, corner(l, 0) - s.origin) / dot(n, s.dir);

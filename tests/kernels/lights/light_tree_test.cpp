@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tree of lights as kernels walk it: what it chooses, with which probability, and that both agree.
+// The tree of lights as kernels walk it: what it chooses, with which probability, and that both
+// agree.
 #include "pack/lights/light_tree.h"
 
 #include <gtest/gtest.h>
@@ -174,7 +175,8 @@ TEST(LightTree, strata_of_the_word_are_strata_of_the_lights) {
   for (std::size_t i = 1; i < a.size(); ++i) ASSERT_GE(c.light[i], c.light[i - 1]) << "lights are chosen in order";
 }
 
-// What the tree is for: near lights are preferred, and those that face away or lie below the horizon hardly ever chosen.
+// What the tree is for: near lights are preferred, and those that face away or lie below the
+// horizon hardly ever chosen.
 TEST(LightTree, light_that_arrives_is_what_is_chosen) {
   std::vector<LightMoments> lights(4);
   for (LightMoments& l : lights) l.power = 1, l.variance = 1e-4, l.mean_direction = {0, 0, -1};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Emissive shapes: their material, programs that sample them, points spread over them, and cells of their surface.
+// Emissive shapes: their material, programs that sample them, points spread over them, and cells of
+// their surface.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -44,8 +45,8 @@ inline Probe lamp_probe(const std::string& subject, const Features& features) {
   return probe;
 }
 
-/// Points spread evenly over a shape, in the world, each with its normal times the area that it stands for: rows and columns of
-/// each part, which begin and end with it.
+/// Points spread evenly over a shape, in the world, each with its normal times the area that it
+/// stands for: rows and columns of each part, which begin and end with it.
 /// coarser  the number of rows and of columns is divided by this power of two, up to 64
 struct ShapePoints {
   std::vector<glm::dvec3> p, area;
@@ -115,7 +116,8 @@ struct ShapePoints {
   int coarser_;
 };
 
-/// Number of the cell, of `count` over [0, 1], that x lies in; then the same of an angle over a turn.
+/// Number of the cell, of `count` over [0, 1], that x lies in; then the same of an angle over a
+/// turn.
 inline std::size_t cell_of_unit(double x, std::size_t count) {
   return std::min(std::size_t(std::max(x, 0.0) * double(count)), count - 1);
 }

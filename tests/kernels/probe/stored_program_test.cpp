@@ -48,7 +48,8 @@ const char* const kStoredText = R"(
 const ProgramOptions kStoredOptions{.defines = {{"STORED_OFFSET", "0.25f"}}};
 constexpr std::uint32_t kStoredCount = 100;
 
-/// Keeps the binaries of this test in a folder of its own. PoCL's cache stays where it was when PoCL started.
+/// Keeps the binaries of this test in a folder of its own. PoCL's cache stays where it was when
+/// PoCL started.
 class StoredPrograms : public ::testing::Test {
  protected:
   void SetUp() override {

@@ -232,7 +232,7 @@ TEST(Implicit, polynomial_surfaces_are_met_where_their_first_root_is) {
     const Polynomial s = x * x + Polynomial{2.25} * y * y + z * z + Polynomial{-1};
     return s * s * s + Polynomial{-1} * x * x * z * z * z + Polynomial{-double(0.1125F)} * y * y * z * z * z;
   });
-  // Steep and flat: the same plane and sphere, 2^40 times as steep, 2^-40 times, and flattened by a cube.
+  // The same plane and sphere, 2^40 times as steep, 2^-40 times, and flattened by a cube.
   expect_polynomial("1.099511627776e12*(x+2*y-z-0.25)", rays, 1, 1e8, [](auto x, auto y, auto z) {
     return Polynomial{0x1p40} * (x + Polynomial{2} * y + Polynomial{-1} * z + Polynomial{-0.25});
   });
@@ -387,7 +387,7 @@ TEST(Implicit, a_ray_that_leaves_by_the_error_does_not_meet_its_own_surface) {
   }
 }
 
-// Intervals do not see that the products cancel: only in pieces of a hundred-thousandth is f known to be above 0.
+// Intervals do not see that the products cancel: f is known to be above 0 in small pieces alone.
 TEST(Implicit, what_takes_too_many_steps_is_given_up_and_says_so) {
   const std::vector<Ray> rays = {{{-2, 0.1F, 0.2F}, {1, 0.03F, 0.01F}}, {{-2, 0.1F, 0.2F}, {-1, 0, 0}}};
   const std::vector<Found> found = trace("x*y - x*y + 1e-5", rays, glm::vec3(-1), glm::vec3(1));

@@ -26,7 +26,8 @@ inline Shape shape_of(ShapeKind kind, const glm::dvec3& center, double size, dou
   return shape;
 }
 
-/// A cloud of shapes of all kinds, some of which overlap or coincide, and a few triangles among them.
+/// A cloud of shapes of all kinds, some of which overlap or coincide, and a few triangles among
+/// them.
 inline Scene cloud(std::size_t count, double size, std::uint32_t seed, bool opacity = false) {
   Random random(seed);
   Scene scene;
@@ -60,7 +61,8 @@ inline Scene cloud(std::size_t count, double size, std::uint32_t seed, bool opac
   return scene;
 }
 
-/// Rays from everywhere: random ones, along axes, at centres, at silhouettes, from inside and from far away.
+/// Rays from everywhere: random ones, along axes, at centres, at silhouettes, from inside and from
+/// far away.
 inline std::vector<ProbeRay> rays_at(const Scene& scene, std::size_t count, double size, std::uint32_t seed) {
   Random random(seed);
   std::vector<ProbeRay> rays;

@@ -46,7 +46,8 @@ TEST(ShapeHits, every_structure_gives_the_hits_of_brute_force) {
   expect_same_hits_everywhere(Packed(scene), rays_at(scene, 4000, 1, 2), TraverseProbe::variants());
 }
 
-/// Formulas beside all kinds of shapes and triangles, overlapping, turned, stretched, some in one place twice; one is given up on most rays.
+/// Formulas beside all kinds of shapes and triangles, overlapping, turned, stretched, some in one
+/// place twice; one is given up on most rays.
 Scene formulas_among_shapes(bool opacity) {
   Scene scene = cloud(40, 1, 21, opacity);
   for (const char* text : {"x^2+y^2+z^2-1", "(x^2+y^2+z^2+0.3)^2-1.6*(x^2+y^2)",

@@ -10,8 +10,8 @@
 
 namespace eikon {
 
-/// The record's own matrix and a ray in double precision: how far inside the shape (negative) or outside a point is, as a share of
-/// the shape's size. Exact for what the record says.
+/// The record's own matrix and a ray in double precision: how far inside the shape (negative) or
+/// outside a point is, as a share of the shape's size. Exact for what the record says.
 struct Oracle {
   glm::dmat3 l{1.0};
   glm::dvec3 center{0.0};
@@ -51,6 +51,7 @@ struct Oracle {
   }
 };
 
-/// Least height of a ray with t > 0, and the first t where it is 0 or less (infinite: none), by convexity: golden section, then
+/// Least height of a ray with t > 0, and the first t where it is 0 or less (infinite: none), by
+/// convexity: golden section, then
 
 }  // namespace eikon

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where rays met shapes: no ray that leaves meets its shape again, none gets out of a closed solid, and textures lie as documented.
+// Where rays met shapes: no ray that leaves meets its shape again, none gets out of a closed solid,
+// and textures lie as documented.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,8 +13,8 @@
 namespace eikon {
 namespace {
 
-// One ray per work-item: the point where it met its shape, the normal there, the bound of its error, texture coordinates, and the
-// origin of a ray that leaves in the given direction.
+// One ray per work-item: the point where it met its shape, the normal there, the bound of its
+// error, texture coordinates, and the origin of a ray that leaves in the given direction.
 const char* const kSource = R"(
 #define EK_STACK_SIZE 1
 #include "traverse/hit.h"
@@ -141,7 +142,8 @@ TEST(ShapeHits, G4_rays_that_leave_a_convex_shape_do_not_hit_it_and_none_gets_ou
           }
           points = points_of(device, packed, met.rays, met.hits, dirs);
           for (std::size_t i = 0; i < dirs.size(); ++i) {
-            // The surface is on both sides of the point within its error along the normal, and the normal is unit.
+            // The surface is on both sides of the point within its error along the normal, and the
+            // normal is unit.
             const Point& at = points[i];
             const glm::dvec3 own = oracle.l * (at.p - oracle.center), out = oracle.l * at.n;
             const double error = 1.01 * glm::dot(glm::abs(at.n), at.error);
@@ -201,8 +203,8 @@ TEST(ShapeHits, textures_are_looked_up_as_on_a_globe) {
   }
 }
 
-// A little way along the tangent u grows and v stays; along the bitangent v falls, for pictures are read from the top. On shapes of all
-// kinds, turned, stretched and mirrored.
+// A little way along the tangent u grows and v stays; along the bitangent v falls, for pictures are
+// read from the top. On shapes of all kinds, turned, stretched and mirrored.
 TEST(ShapeHits, tangents_point_where_u_grows_and_bitangents_up_the_picture) {
   Device& device = *test::devices().front();
   for (const ShapeKindInfo& kind : shape_kinds())
@@ -219,7 +221,8 @@ TEST(ShapeHits, tangents_point_where_u_grows_and_bitangents_up_the_picture) {
       const std::vector<glm::dvec3> unused(met.rays.size());
       const std::vector<Point> points = points_of(device, packed, met.rays, met.hits, unused);
 
-      // Points next to each, found again from outside along its normal: before and behind it along the tangent, then the bitangent.
+      // Points next to each, found again from outside along its normal: before and behind it along
+      // the tangent, then the bitangent.
       constexpr double kStep = 4e-3;
       std::vector<ProbeRay> near;
       for (const Point& at : points) {

@@ -58,7 +58,8 @@ TEST(ShapeHits, they_are_those_of_double_precision) {
           const glm::dvec3 o(rays[i].o[0], rays[i].o[1], rays[i].o[2]), d(rays[i].d[0], rays[i].d[1], rays[i].d[2]);
           const glm::dvec3 from = o - oracle.center;
           const Crossing exact = cross(oracle, oracle.l * from, oracle.l * d);
-          // What float products with the matrix can know of heights: some units of the largest sum they make.
+          // What float products with the matrix can know of heights: some units of the largest sum
+          // they make.
           glm::dvec3 sums(0.0);
           for (int row = 0; row < 3; ++row)
             for (int column = 0; column < 3; ++column) sums[row] += std::abs(oracle.l[column][row] * from[column]);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Materials as a scene has them, packed by the renderer and evaluated by the kernels, against [glTF 2.0, section 3.9] and its
-// extensions in doubles.
+// Materials as a scene has them, packed by the renderer and evaluated by the kernels, against [glTF
+// 2.0, section 3.9] and its extensions in doubles.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -20,7 +20,7 @@ double linear_of(std::uint32_t code) {
   return x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);
 }
 
-/// A scene of one triangle that has colours and coordinates, all materials shown, and one-texel images.
+/// A scene of one triangle with colours and coordinates, all materials, and one-texel images.
 struct Shelf {
   Scene scene;
 
@@ -60,7 +60,7 @@ struct Shelf {
     return shown.material;
   }
 
-  /// The packed scene behind `probe`; attributes, textures and extensions are there whatever the scene needs.
+  /// The packed scene behind `probe`, with attributes, textures and extensions.
   [[nodiscard]] Probe probe(const PackedScene& packed) const {
     Words texels;
     for (const auto part : packed.texels) texels.insert(texels.end(), part.begin(), part.end());
@@ -335,7 +335,7 @@ TEST(Material, coordinates_of_a_hit_find_the_texel_there) {
     for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(as_float(out[kBaseColor + k][i]), expected[i][k]) << i;
 }
 
-// ---- media ----------------------------------------------------------------------------------------------------------
+// ---- media --------------------------------------------------------------------------------------
 
 struct Segments {
   std::vector<Words> in = std::vector<Words>(5);

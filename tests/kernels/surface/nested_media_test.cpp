@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lists of the solids that a path is in, against plain vectors; and what a boundary is between two of them.
+// Lists of the solids that a path is in, against plain vectors; and what a boundary is between two
+// of them.
 #include <gtest/gtest.h>
 
 #include <algorithm>

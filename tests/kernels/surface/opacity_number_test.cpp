@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The numbers that decide whether a ray meets a surface of some opacity: uniform, independent between triangles, depths,
-// kinds of rays and pixels, and even over the samples of a pixel.
+// The numbers that decide whether a ray meets a surface of some opacity: uniform, independent
+// between triangles, depths, kinds of rays and pixels, and even over the samples of a pixel.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -54,7 +54,8 @@ void expect_uniform(const std::vector<double>& observed, const std::string& what
   EXPECT_GT(result.p_value, sidak(kFamily)) << what << "\n" << result.table;
 }
 
-/// Three numbers per path, each in one of eight octaves of [0, 1): all 512 combinations are as likely.
+/// Three numbers per path, each in one of eight octaves of [0, 1): all 512 combinations are as
+/// likely.
 void expect_independent(const std::vector<double>& a, const std::vector<double>& b, const std::vector<double>& c,
                         const std::string& what) {
   std::vector<double> cells(512, 0);

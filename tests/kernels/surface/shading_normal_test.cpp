@@ -142,7 +142,8 @@ TEST(ShadingNormal, M20_what_says_nothing_leaves_the_triangles_own_normal) {
 }
 
 TEST(ShadingNormal, normals_that_dip_below_the_triangle_come_back_without_an_edge) {
-  // Along the triangle the normal turns from 60 degrees on one side, through the surface, to the other.
+  // Along the triangle the normal turns from 60 degrees on one side, through the surface, to the
+  // other.
   Bumps bumps;
   bumps.triangle(corner_normals({0, 0, 1}, rounded({std::sin(2.4), 0, std::cos(2.4)}), {0, 0, 1}), {});
   Looks looks;
@@ -228,7 +229,7 @@ TEST(ShadingNormal, mapped_normals_stay_on_the_front_without_an_edge) {
   }
 }
 
-// ---- usable_normal --------------------------------------------------------------------------------------------------
+// ---- usable_normal ------------------------------------------------------------------------------
 
 struct Views {
   std::vector<Words> in = std::vector<Words>(10);
@@ -312,7 +313,7 @@ TEST(ShadingNormal, usable_normals_are_continuous_in_the_shading_normal_and_the_
     }
 }
 
-// ---- terminator -----------------------------------------------------------------------------------------------------
+// ---- terminator ---------------------------------------------------------------------------------
 
 TEST(ShadingNormal, G22_the_terminator_fades_from_one_to_nothing_at_the_surfaces_own_horizon) {
   std::vector<Words> in(3);

@@ -32,7 +32,8 @@ Exact corner(const Triangle& t, int k) {
 }
 Exact exact_normal(const Triangle& t) { return cross(corner(t, 1) - corner(t, 0), corner(t, 2) - corner(t, 0)); }
 
-/// With an area: rounding makes some far from the origin degenerate, which the reader of files leaves out.
+/// With an area: rounding makes some far from the origin degenerate, which the reader of files
+/// leaves out.
 template <class Coordinate>
 Triangle random_triangle(std::mt19937& random, Coordinate coordinate) {
   Triangle t{};
@@ -48,7 +49,8 @@ float any_magnitude(std::mt19937& random) {  // 10^-8 to 10^8, either sign
   return float((random() & 1U) != 0 ? magnitude : -magnitude);
 }
 
-/// w: where a ray leaves to; it came along -w turned, from as far away as the coordinates are large, or from very near.
+/// w: where a ray leaves to; it came along -w turned, from as far away as the coordinates are
+/// large, or from very near.
 struct PointsHit {
   Words triangle, u, v, wx, wy, wz, from_x, from_y, from_z;
   void add(std::uint32_t index, float b1, float b2, const std::array<float, 3>& w) {
@@ -82,7 +84,8 @@ Triangle with_normal(Triangle t) {
   return t;
 }
 
-/// Outputs of probe_surface: 0 p, 3 p_error, 6 n_geom, 9 ray origin, 12 material, 13 light_pdf_m2, 14 node.
+/// Outputs of probe_surface: 0 p, 3 p_error, 6 n_geom, 9 ray origin, 12 material, 13 light_pdf_m2,
+/// 14 node.
 std::vector<Words> surfaces(std::vector<Triangle> triangles, const PointsHit& hits) {
   for (Triangle& t : triangles) t = with_normal(t);
   return Probe("surface")

@@ -25,7 +25,8 @@ int code_of(double linear) {
   return int(std::lround(255 * x));
 }
 
-/// One image and how it is looked up, said twice: as records for the kernels, and as [OpenGL 4.6, section 8.14] in doubles.
+/// One image and how it is looked up, said twice: as records for the kernels, and as [OpenGL 4.6,
+/// section 8.14] in doubles.
 struct Case {
   std::string name;
   TextureRecord record{};
@@ -124,12 +125,12 @@ struct Lookups {
   [[nodiscard]] std::size_t size() const { return in[0].size(); }
 };
 
-// What single precision may shift a place by, in texels: the fraction of a negative coordinate, its product with the size,
-// and half a texel taken off are rounded; the coordinate itself is given.
+// What single precision may shift a place by, in texels: the fraction of a negative coordinate, its
+// product with the size, and half a texel taken off are rounded; the coordinate itself is given.
 double place_error(std::uint32_t size) { return 3.0 * size * 0x1p-24; }
 
-// Whether `found` is the reference's value within single precision's error of the place: bilinear values are off in
-// proportion, nearest ones only where the place is at a border.
+// Whether `found` is the reference's value within single precision's error of the place: bilinear
+// values are off in proportion, nearest ones only where the place is at a border.
 bool matches(const Case& c, double u, double v, const Color& found) {
   const double du = place_error(c.record.width) / c.record.width, dv = place_error(c.record.height) / c.record.height;
   const double slack = c.nearest() ? 1e-6 : 1e-6 + place_error(c.record.width) + place_error(c.record.height);
@@ -215,7 +216,8 @@ TEST(Texture, nearest_lookups_of_a_power_of_two_are_exact_on_borders) {
 }
 
 TEST(Texture, M25_far_coordinates_keep_the_precision_that_they_have) {
-  // A fraction of 1/16 is exact up to 2^20, and with a width of 4096 its texel is whole; the product of the two is not.
+  // A fraction of 1/16 is exact up to 2^20, and with a width of 4096 its texel is whole; the
+  // product of the two is not.
   std::mt19937 random(4);
   std::vector<Case> cases;
   for (const Wrapping wrap : {Wrapping::repeat, Wrapping::mirror})

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Camera rays pass the backs of single-sided triangles: every layout and width gives the hits of brute force, and those are the
-// nearest ones that are no such backs.
+// Camera rays pass the backs of single-sided triangles: every layout and width gives the hits of
+// brute force, and those are the nearest ones that are no such backs.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -24,7 +24,8 @@ Soup scattered(std::size_t count, float size, std::uint32_t seed) {
   return soup;
 }
 
-/// The same triangles twice, turned over the second time: at each place one of the two has its front to a ray.
+/// The same triangles twice, turned over the second time: at each place one of the two has its
+/// front to a ray.
 Soup with_turned_copies(const Soup& soup) {
   Soup all = soup;
   for (std::size_t i = 0; i < soup.size(); i += 9)
@@ -46,7 +47,8 @@ std::vector<ProbeRay> rays_inwards(std::size_t count, std::uint32_t seed) {
   return rays;
 }
 
-/// Cosine of the ray with the front's normal, times lengths: negative where the ray comes from the front.
+/// Cosine of the ray with the front's normal, times lengths: negative where the ray comes from the
+/// front.
 double along_normal(const Soup& soup, std::size_t triangle, const ProbeRay& ray) {
   const auto at = [&](std::size_t corner) {
     const float* p = &soup[9 * triangle + 3 * corner];

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays that pass surfaces: every layout and width gives the hits of brute force, and those are of the triangles that are there.
+// Rays that pass surfaces: every layout and width gives the hits of brute force, and those are of
+// the triangles that are there.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -71,7 +72,8 @@ Soup leaves(std::size_t count, float size, std::uint32_t seed) {
   return soup;
 }
 
-/// Stacks of triangles with the same corners: ties in t wherever a ray meets one, within a leaf and across leaves.
+/// Stacks of triangles with the same corners: ties in t wherever a ray meets one, within a leaf and
+/// across leaves.
 Soup stacks(std::size_t count, std::size_t height) {
   const Soup one = leaves(count, 0.4F, 12);
   Soup soup;

@@ -41,7 +41,8 @@ TEST(TraverseEdges, slivers_that_rounding_cannot_tell_from_lines_are_hit_exactly
     triangles[i].p0_x = a[0], triangles[i].p0_y = a[1], triangles[i].p0_z = 1;
     triangles[i].p1_x = b[0], triangles[i].p1_y = b[1], triangles[i].p1_z = 1;
     triangles[i].p2_x = c[0], triangles[i].p2_y = c[1], triangles[i].p2_z = 1;
-    // Products of two floats are exact in double, and so is the difference of two that are nearly equal.
+    // Products of two floats are exact in double, and so is the difference of two that are nearly
+    // equal.
     const auto edge = [&](const float* p, const float* q) { return double(p[0]) * q[1] - double(p[1]) * q[0]; };
     const auto rounded = [](const float* p, const float* q) { return p[0] * q[1] - p[1] * q[0]; };
     const double ea = edge(c, b), eb = edge(a, c), ec = edge(b, a);

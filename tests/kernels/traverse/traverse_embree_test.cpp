@@ -85,7 +85,8 @@ TEST(TraverseEmbree, the_same_hits_within_its_precision) {
   }
 }
 
-/// SAH cost of Embree's binary tree with one triangle per leaf, relative to the root's area: sum of the nodes' areas.
+/// SAH cost of Embree's binary tree with one triangle per leaf, relative to the root's area: sum of
+/// the nodes' areas.
 struct EmbreeNode {
   RTCBounds bounds[2];
   EmbreeNode* child[2];

@@ -32,8 +32,8 @@ std::vector<TraverseProbe::Options> ways() {
 }
 const std::vector<TraverseProbe::Options> kWays = ways();
 
-/// A closed sphere, 16 x 16, each vertex at its own radius in [1, 6]; and rays from near its centre, at random and straight
-/// at vertices and midpoints of edges.
+/// A closed sphere, 16 x 16, each vertex at its own radius in [1, 6]; and rays from near its
+/// centre, at random and straight at vertices and midpoints of edges.
 struct BumpySphere {
   Soup soup;
   std::vector<ProbeRay> rays;
@@ -198,7 +198,8 @@ TEST(TraverseHard, G10_rays_within_the_plane_of_a_wall_end_and_report_finite_hit
   }
 }
 
-// A ray without numbers would be within every box, even those of children that are missing: at the root again, for ever.
+// A ray without numbers would be within every box, even those of children that are missing: at the
+// root again, for ever.
 TEST(TraverseHard, G10_rays_that_are_none_end_hit_nothing_and_change_no_others) {
   Device& device = *test::devices().front();
   const Soup soup = fixtures::bumpy_sphere(7);

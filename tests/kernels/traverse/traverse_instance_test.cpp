@@ -41,8 +41,8 @@ glm::dmat4 anywhere(Random& random, double reach, double size) {
          glm::scale(glm::dmat4(1), glm::dvec3(stretch(), stretch(), stretch()));
 }
 
-/// Meshes of few and of many triangles with many instances, one of them far from its own origin; meshes with one instance; shapes; and meshes at the
-/// same place twice, so that hits tie.
+/// Meshes of few and of many triangles with many instances, one of them far from its own origin;
+/// meshes with one instance; shapes; and meshes at the same place twice, so that hits tie.
 Scene crowd(double size, std::uint32_t seed, bool shapes) {
   Random random(seed);
   Scene scene;
@@ -85,7 +85,8 @@ Scene crowd(double size, std::uint32_t seed, bool shapes) {
   return scene;
 }
 
-/// From everywhere: at corners and edges of triangles as they stand, within their planes, from far away, and any.
+/// From everywhere: at corners and edges of triangles as they stand, within their planes, from far
+/// away, and any.
 std::vector<ProbeRay> rays_at(const PackedScene& flat, std::size_t count, double size, std::uint32_t seed) {
   Random random(seed);
   std::vector<ProbeRay> rays;
@@ -158,8 +159,9 @@ struct Packed {
 
 using Ways = std::vector<TraverseProbe::Options>;
 
-/// One ray alone, many in turn, and packets in large and in small trees; with the builtins of the processor, those of a lesser one and
-/// none: of each piece of code that goes down two levels, all that it can be compiled to.
+/// One ray alone, many in turn, and packets in large and in small trees; with the builtins of the
+/// processor, those of a lesser one and none: of each piece of code that goes down two levels, all
+/// that it can be compiled to.
 Ways ways_down(const std::string& layout) {
   const auto way = [&](int width, std::map<std::string, std::string> defines, bool portable = false,
                        bool coherent = false) {
@@ -227,7 +229,8 @@ TEST_P(TraverseInstances, G19_hits_are_those_of_brute_force_over_all_instances) 
   expect_hits_of_brute_force(crowd(1, 1, false), 1, 6000, 2, ways_down(GetParam()));
 }
 
-// In the mesh's space a ray without a direction has no number left, and would meet children that are missing.
+// In the mesh's space a ray without a direction has no number left, and would meet children that
+// are missing.
 TEST_P(TraverseInstances, rays_that_are_none_hit_nothing_and_end) {
   std::vector<ProbeRay> rays;
   ProbeRay ray;

@@ -26,7 +26,8 @@ std::vector<ProbeRay> random_rays(std::size_t count, float scale, std::uint32_t 
   return rays;
 }
 
-/// Rays that ask for trouble: along axes, with zeros of both signs, at vertices, edges and box corners, from on surfaces.
+/// Rays that ask for trouble: along axes, with zeros of both signs, at vertices, edges and box
+/// corners, from on surfaces.
 std::vector<ProbeRay> adversarial_rays(const Soup& soup, std::size_t count, float scale, std::uint32_t seed) {
   std::mt19937 random(seed);
   std::vector<ProbeRay> rays = random_rays(count, scale, seed + 1);
@@ -196,7 +197,8 @@ TEST(Traverse, a_ray_does_not_meet_the_triangle_that_it_leaves_nor_the_one_that_
 }
 
 TEST(Traverse, scenes_far_from_the_origin_hit_the_same_bits_in_every_layout) {
-  // Of the largest coordinates, a float's steps are as large as the smallest triangles: most planes round, many boxes are flat.
+  // Of the largest coordinates, a float's steps are as large as the smallest triangles: most planes
+  // round, many boxes are flat.
   for (const float far : {3e4F, 1e6F}) {
     Soup soup = fixtures::scattered(2500, 2.0F, 10);
     std::vector<ProbeRay> rays = adversarial_rays(soup, 15'000, 2.0F, 11);
@@ -209,7 +211,8 @@ TEST(Traverse, scenes_far_from_the_origin_hit_the_same_bits_in_every_layout) {
 }
 
 TEST(Traverse, rays_in_faces_edges_and_corners_of_cells_hit_the_same_bits_in_every_layout) {
-  // Whole coordinates from 0 to 16, so that the planes of octree, kd-tree and grid pass through vertices; a huge triangle cuts through all.
+  // Whole coordinates from 0 to 16, so that the planes of octree, kd-tree and grid pass through
+  // vertices; a huge triangle cuts through all.
   std::mt19937 random(31);
   std::uniform_int_distribution<int> whole(0, 16), step(-1, 1);
   Soup soup;
@@ -233,7 +236,8 @@ TEST(Traverse, rays_in_faces_edges_and_corners_of_cells_hit_the_same_bits_in_eve
 }
 
 TEST(Traverse, rays_from_far_away_hit_the_same_bits_in_every_layout) {
-  // From beyond what cells are grown for, up to where the error of a ray is a cell, a triangle, and the scene.
+  // From beyond what cells are grown for, up to where the error of a ray is a cell, a triangle, and
+  // the scene.
   const Soup soup = fixtures::scattered(1500, 1.0F, 33);
   std::vector<ProbeRay> rays = adversarial_rays(soup, 20'000, 1.0F, 34);
   std::mt19937 random(35);
@@ -253,8 +257,8 @@ TEST(Traverse, rays_from_far_away_hit_the_same_bits_in_every_layout) {
 }
 
 TEST(Traverse, rays_within_an_oblique_plane_of_slivers_hit_the_same_bits_in_every_layout) {
-  // All corners and rays lie in one plane but for rounding: the computed t of a triangle seen edge-on can lie far outside its
-  // box, and only the interval rule keeps the layouts together.
+  // All corners and rays lie in one plane but for rounding: the computed t of a triangle seen
+  // edge-on can lie far outside its box, and only the interval rule keeps the layouts together.
   std::mt19937 random(7);
   std::uniform_real_distribution<float> unit(-1.0F, 1.0F);
   const auto in_plane = [](float a, float b) {

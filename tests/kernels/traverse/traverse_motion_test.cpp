@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays with a time against triangles that move: every tree over time finds the hits of brute force, and these are the hits of
-// the triangles where they stand at that time.
+// Rays with a time against triangles that move: every tree over time finds the hits of brute force,
+// and these are the hits of the triangles where they stand at that time.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -17,7 +17,8 @@ namespace {
 
 constexpr std::uint32_t kSteps = 3;
 
-/// A room of which every other triangle moves: some far, some by the last bit of a corner, some through a point.
+/// A room of which every other triangle moves: some far, some by the last bit of a corner, some
+/// through a point.
 struct MovingRoom {
   std::vector<fixtures::Soup> poses;
   std::vector<bool> moves;

@@ -110,14 +110,16 @@ class TraverseProbe {
     bool opacity = false;                             // each triangle may be of a material that rays pass
     std::vector<MaterialRecord> materials = {};       // with opacity
     std::vector<std::uint32_t> material_of = {};      // per triangle, with opacity
-    std::vector<std::uint32_t> culled = {};           // flags per triangle: closest hits are of camera rays, with culling
+    // Flags per triangle: closest hits are of camera rays, with culling.
+    std::vector<std::uint32_t> culled = {};
     std::optional<Accel> accel = {};                  // of this layout, instead of one built over the triangles
     std::map<std::string, std::string> defines = {};  // in place of those that tree and processor bring about
     std::string method = "bvh";                       // --accel
   };
 
-  /// Every accelerator that is not the default, and every layout at the widths for which it has code of its own; those for wide devices also without builtins, and for rays
-  /// that are traced together.
+  /// Every accelerator that is not the default, and every layout at the widths for which it has
+  /// code of its own; those for wide devices also without builtins, and for rays that are traced
+  /// together.
   static std::vector<Options> variants() {
     std::vector<Options> all;
     for (const std::string& name : accelerator_names()) {
@@ -140,7 +142,8 @@ class TraverseProbe {
         add(layout, 16, {});
         continue;
       }
-      // Small trees would be traced as packets, with the rays of any kind; so each way is asked for by its defines.
+      // Small trees would be traced as packets, with the rays of any kind; so each way is asked for
+      // by its defines.
       for (const int width : {8, 16}) {
         add(layout, width, {{"EK_SMALL_TREE", "0"}});
         add(layout, width, {{"EK_SMALL_TREE", "0"}, {"EK_MEDIUM_TREE", "1"}, {"EK_LARGE_TREE", "1"}}, false, true);
@@ -154,9 +157,10 @@ class TraverseProbe {
     return all;
   }
 
-  /// Those of variants() between which the code differs by more than the width of its vectors: every accelerator and layout
-  /// once, the wide ones in each way that rays go through them, and a tree through which the rays of several lanes go one by
-  /// one. For features of which no code depends on the width, since Traverse compares all variants.
+  /// Those of variants() between which the code differs by more than the width of its vectors:
+  /// every accelerator and layout once, the wide ones in each way that rays go through them, and a
+  /// tree through which the rays of several lanes go one by one. For features of which no code
+  /// depends on the width, since Traverse compares all variants.
   static std::vector<Options> each_once() {
     std::vector<Options> all = variants();
     std::erase_if(all, [](const Options& o) {
@@ -204,7 +208,8 @@ class TraverseProbe {
     arguments_.set("triangles", device.upload(triangles));
   }
 
-  /// The same of a whole scene, whose features count; of `options` what is said of opacity does not.
+  /// The same of a whole scene, whose features count; of `options` what is said of opacity does
+  /// not.
   TraverseProbe(Device& device, const PackedScene& scene, const Features& features, const Settings& settings,
                 const Options& options)
       : device_(device), accel_(build(scene, options)), coherent_(options.coherent) {

@@ -31,12 +31,14 @@ kernel void leave(constant Frame* frame, global const Triangle* triangles, globa
     const v3 p = triangle_point(triangle.p0, triangle.p1, triangle.p2, (vf)(draw[0]), (vf)(draw[1]), &error);
     const v3 w = V3((vf)(draw[2]), (vf)(draw[3]), (vf)(draw[4]));
     for (uint kind = 0; kind < 2; ++kind) {
-      // Kind 1 leaves towards a point, as shadow rays do: the direction is the difference of two points.
+      // Kind 1 leaves towards a point, as shadow rays do: the direction is the difference of two
+      // points.
       const v3 target = add3(p, scale3(w, (vf)(draw[5])));
       const v3 towards = kind == 0 ? w : sub3(target, p);
       const v3 origin = offset_ray_origin(p, error, n, towards);
       const v3 dir = kind == 0 ? w : sub3(target, origin);
-      // A target within rounding error of the surface may lie on its other side as seen from the moved origin.
+      // A target within rounding error of the surface may lie on its other side as seen from the
+      // moved origin.
       const int leaves = (dot3(towards, n) < 0.0f) == (dot3(dir, n) < 0.0f);
       RayOne rays[EK_WIDTH];
       ray_store(rays, ray_lanes(frame, origin, dir, key), EK_INFINITY);
@@ -51,7 +53,8 @@ kernel void leave(constant Frame* frame, global const Triangle* triangles, globa
 }
 )";
 
-/// Triangles with coordinates from 10^-decades to 10^decades: the more, the more of them are needles.
+/// Triangles with coordinates from 10^-decades to 10^decades: the more, the more of them are
+/// needles.
 void expect_no_self_hits(float decades) {
   std::mt19937 random(1);
   std::uniform_real_distribution<float> unit(0.0F, 1.0F), exponent(-decades, decades);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays that leave a surface through the production functions meet the walls that touch it, however near they start to them.
+// Rays that leave a surface through the production functions meet the walls that touch it, however
+// near they start to them.
 #include <gtest/gtest.h>
 
 #include <glm/glm.hpp>
@@ -13,7 +14,8 @@ namespace {
 
 using fixtures::Soup;
 
-// One work-item per ray. starts: weights of the second and third corner and a direction; left: the origin and t.
+// One work-item per ray. starts: weights of the second and third corner and a direction; left: the
+// origin and t.
 const char* const kLeaveTouching = R"(
 #define EK_STACK_SIZE 1
 #include "traverse/hit.h"
@@ -115,8 +117,9 @@ Soup box(const glm::dmat3& turn, glm::dvec3 center, double overhang) {
   return soup;
 }
 
-/// Of rays that start within the box, most of them close to an edge, how many leave it or meet a wall from behind. Those
-/// count that start `margin` units of 2^-24 of the coordinates from all walls, and run along none of them within 2^-10.
+/// Of rays that start within the box, most of them close to an edge, how many leave it or meet a
+/// wall from behind. Those count that start `margin` units of 2^-24 of the coordinates from all
+/// walls, and run along none of them within 2^-10.
 std::pair<std::size_t, std::size_t> wrong_and_tried(Device& device, const Soup& soup, glm::dvec3 center,
                                                     double overhang, double margin) {
   std::mt19937 random(7);
@@ -132,7 +135,8 @@ std::pair<std::size_t, std::size_t> wrong_and_tried(Device& device, const Soup& 
     const float s = i % 8 == 0 ? unit(random) : std::exp2(-25 + 12 * unit(random));
     const float at = unit(random), rim = static_cast<float>(overhang / (2 * (1 + overhang)));
     const float one = (1 - 2 * rim) * s + rim, other = (1 - 2 * rim) * at + rim;
-    // The first triangle of a quad is where the second of its coordinates is the smaller one; corners as in box().
+    // The first triangle of a quad is where the second of its coordinates is the smaller one;
+    // corners as in box().
     const bool first = start.triangle % 2 == 0;
     const float x = first ? 1 - one : one, y = other;
     if (first) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The watertight test of triangles beside itself in double precision, Moller-Trumbore, and plane with three cross products: where they agree,
-// and why not elsewhere.
+// The watertight test of triangles beside itself in double precision, Moller-Trumbore, and plane
+// with three cross products: where they agree, and why not elsewhere.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -86,8 +86,9 @@ TraverseProbe::Options with_test(int number) {
 }
 
 TEST(TriangleOracles, all_tests_agree_away_from_edges_and_from_edge_on_planes) {
-  // Hits well inside must be hits, misses well outside misses, in single and double precision; t, u and v as the condition of the
-  // triangle allows: rounding of coordinates of about 1 by 2^-24, a hundred times over, by the sine of ray and plane and the size.
+  // Hits well inside must be hits, misses well outside misses, in single and double precision; t, u
+  // and v as the condition of the triangle allows: rounding of coordinates of about 1 by 2^-24, a
+  // hundred times over, by the sine of ray and plane and the size.
   Device& device = *test::devices().front();
   std::mt19937 random(1);
   std::uniform_real_distribution<float> unit(-1.0F, 1.0F);
@@ -132,9 +133,10 @@ TEST(TriangleOracles, all_tests_agree_away_from_edges_and_from_edge_on_planes) {
 }
 
 TEST(TriangleOracles, only_the_watertight_test_never_lets_a_ray_through_a_shared_edge) {
-  // Whole numbers, so that the rays pass through a point of the edge exactly. Moller-Trumbore rounds u + v, of which the neighbour knows
-  // nothing, and the plane's point is rounded off the edge; both then miss both triangles. Edge functions are the same numbers for
-  // both, with signs changed.
+  // Whole numbers, so that the rays pass through a point of the edge exactly. Moller-Trumbore
+  // rounds u + v, of which the neighbour knows nothing, and the plane's point is rounded off the
+  // edge; both then miss both triangles. Edge functions are the same numbers for both, with signs
+  // changed.
   Device& device = *test::devices().front();
   std::mt19937 random(2);
   std::uniform_int_distribution<int> whole(-500, 500);
@@ -180,7 +182,8 @@ TEST(TriangleOracles, only_the_watertight_test_never_lets_a_ray_through_a_shared
   EXPECT_EQ(leaks_double[0], 0U);
   for (const std::size_t test : {1U, 2U}) {
     EXPECT_GT(leaks_single[test], 0U) << test;
-    // Both triangles lie in a plane: in double precision they find the same point of it here, and agree about the edge.
+    // Both triangles lie in a plane: in double precision they find the same point of it here, and
+    // agree about the edge.
     if (test == 1) {
       EXPECT_GT(leaks_double[test], 0U);
     }

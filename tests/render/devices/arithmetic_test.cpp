@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a driver that breaks the arithmetic's rules does: the bits change, the class says so, and the picture stays right.
+// What a driver that breaks the arithmetic's rules does: the bits change, the class says so, and
+// the picture stays right.
 #include "render/scene_builder.h"
 
 #include <cmath>
@@ -10,7 +11,9 @@ namespace {
 struct Loose {
   const char* flags;
   bool
-      may_be_exact;  // our kernels keep denormals out, and then a device that flushes them has the bits of one that does not
+      // Our kernels keep denormals out, and then a device that flushes them has the bits of one
+      // that does not.
+      may_be_exact;
 };
 
 constexpr Loose kLoose[] = {{"-cl-fast-relaxed-math", false},
@@ -28,7 +31,8 @@ TEST(Arithmetic, N8_loose_arithmetic_changes_no_mean) {
   const Film exact = film_of(scene, settings);
   for (const Loose& driver : kLoose) {
     const RenderOutput found = output_of(scene, settings, loose(driver.flags));
-    // The same random numbers, so nearly the same paths: pixels differ by what few of them do otherwise.
+    // The same random numbers, so nearly the same paths: pixels differ by what few of them do
+    // otherwise.
     std::uint32_t far = 0;
     double difference = 0, sum = 0;
     for (std::uint32_t y = 0; y < settings.height; ++y)

@@ -43,7 +43,8 @@ class Faults : public ::testing::Test {
       throw;
     }
   }
-  // The variable is replaced, never taken away: threads that were given up may be reading the environment.
+  // The variable is replaced, never taken away: threads that were given up may be reading the
+  // environment.
   static void plan(const std::string& fault) { setenv("EIKON_FAULT", fault.c_str(), 1); }
   static constexpr const char* kNone = "device:0:slow=1";
   static bool has(const RenderReport& report, std::size_t device, DeviceEvent::Kind kind) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A render that goes on from what another has done ends with the bits of one that was never interrupted.
+// A render that goes on from what another has done ends with the bits of one that was never
+// interrupted.
 #include <algorithm>
 #include <chrono>
 #include <stdexcept>
@@ -71,9 +72,10 @@ TEST_F(Resume, what_a_kill_would_lose_is_no_older_than_an_interval) {
     begun.push_back(host_seconds());
     std::this_thread::sleep_for(std::chrono::duration<double>(kWriting_s));
     written.push_back(host_seconds());
-    // How old the newest of the files that are there has become: an interval, and the time between two looks at the clock. It
-    // is 0.9 s or more, whatever the machine, if each comes an interval after the one before was written. A busy machine
-    // disturbs it, so of many one has to be in time.
+    // How old the newest of the files that are there has become: an interval, and the time between
+    // two looks at the clock. It is 0.9 s or more, whatever the machine, if each comes an interval
+    // after the one before was written. A busy machine disturbs it, so of many one has to be in
+    // time.
     const std::size_t last = begun.size() - 1;
     const double oldest_s = last > 0 ? written[last] - begun[last - 1] : 0;
     stop = (oldest_s > kEvery_s - 0.05 && oldest_s < kEvery_s + kWriting_s) || last >= 100;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Devices, programs and packed scenes serve one render after the other, with the bits of fresh ones.
+// Devices, programs and packed scenes serve one render after the other, with the bits of fresh
+// ones.
 #include <stdexcept>
 
 #include "render/device_prefetcher.h"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Between two rounds the film holds exactly the samples that the round's end states, and looking at it changes nothing.
+// Between two rounds the film holds exactly the samples that the round's end states, and looking at
+// it changes nothing.
 #include <atomic>
 #include <chrono>
 #include <thread>
@@ -17,7 +18,8 @@ struct Seen {
   Film film;
 };
 
-/// Rounds that end at these samples, and then the render. each: called before every round and at the end
+/// Rounds that end at these samples, and then the render. each: called before every round and at
+/// the end
 RenderHooks rounds_to(const std::vector<std::uint64_t>& ends, const std::function<void(const RoundEnd&)>& each) {
   RenderHooks hooks;
   hooks.next_round = [ends, each, next = std::size_t{0}](const RoundEnd& now) mutable {
@@ -53,7 +55,8 @@ TEST(Rounds, film_holds_exactly_the_samples_below_and_seconds_grow) {
   EXPECT_EQ(done.report.end, End::all_done);
 }
 
-// Between the end of one call and the begin of the next no more seconds of rendering can have passed than seconds of the clock.
+// Between the end of one call and the begin of the next no more seconds of rendering can have
+// passed than seconds of the clock.
 TEST(Rounds, time_between_them_is_no_rendering) {
   auto [scene, settings] = room(8, 8, 2);
   std::vector<double> begun, ended, told;
@@ -125,7 +128,8 @@ TEST(Rounds, out_of_order_or_beyond_the_samples_are_refused) {
     EXPECT_THROW(render(scene, settings, as_tested({}), stop, rounds_to(ends, [](const RoundEnd&) {})), InternalError);
 }
 
-// A film that a render goes on from may have more samples in some pixels: the first round is told so.
+// A film that a render goes on from may have more samples in some pixels: the first round is told
+// so.
 TEST(Rounds, go_on_after_the_samples_that_every_pixel_has) {
   auto [scene, settings] = room(16, 16, 4);
   const std::atomic<bool> stop{false};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A sample is a pure function of (scene, settings, pixel, sample index), and sums are exact: however the work is cut, ordered
-// or executed, the film has the same bits.
+// A sample is a pure function of (scene, settings, pixel, sample index), and sums are exact:
+// however the work is cut, ordered or executed, the film has the same bits.
 #include "render/scene_builder.h"
 
 namespace eikon::test {
@@ -128,7 +128,8 @@ TEST(SameBits, any_lane_width_order_of_paths_and_tree) {
     EXPECT_TRUE(same_film(expected, film_of(scene, settings, execution))) << describe(execution);
 }
 
-// Between them: every lobe, most lights, opacity, absorption, textures, all layers, and every way to find light.
+// Between them: every lobe, most lights, opacity, absorption, textures, all layers, and every way
+// to find light.
 struct Variant {
   const char* scene;
   std::function<void(Settings&)> change;

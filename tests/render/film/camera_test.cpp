@@ -16,7 +16,8 @@ std::pair<Scene, Settings> ball_from(double distance) {
   return {std::move(scene), settings};
 }
 
-// A convex body of albedo 1/2 under an even sky has radiance 1/2 everywhere; whatever is amiss near the surface shows as rings.
+// A convex body of albedo 1/2 under an even sky has radiance 1/2 everywhere; whatever is amiss near
+// the surface shows as rings.
 TEST(Camera, G7_a_ball_under_an_even_sky_is_even_from_any_distance) {
   for (const double distance : {10.0, 1e3, 1e5}) {
     const auto [scene, settings] = ball_from(distance);
@@ -47,12 +48,14 @@ TEST(Camera, an_orthographic_picture_does_not_depend_on_the_distance) {
   for (std::uint32_t y = 0; y < 40; ++y)
     for (std::uint32_t x = 0; x < 40; ++x) difference += std::abs(near.mean(x, y, 0) - far.mean(x, y, 0)) / 1600;
   EXPECT_LT(difference, 1e-4);
-  // Depth counts from the camera, though rays begin near the scene: 10 m to the middle, less the radius.
+  // Depth counts from the camera, though rays begin near the scene: 10 m to the middle, less the
+  // radius.
   const std::uint32_t sum = near.channel_index("depth.Z").value();
   EXPECT_NEAR(near.mean(20, 20, sum), 9, 0.02);
 }
 
-/// A wall at z = -distance whose left half shines, seen by a lens in focus elsewhere: 32 pixels to the metre at 1 m.
+/// A wall at z = -distance whose left half shines, seen by a lens in focus elsewhere: 32 pixels to
+/// the metre at 1 m.
 std::pair<Scene, Settings> lit_half(double distance, const Lens& lens) {
   Scene scene;
   Primitive half;
@@ -73,7 +76,8 @@ double disc_left_of(double x) {
   return 0.5 + (std::asin(x) + x * std::sqrt(1 - x * x)) / std::numbers::pi;
 }
 
-// What a lens of radius R, in focus at f, makes of a point at d is a disc of radius R |1/f - 1/d| at 1 m.
+// What a lens of radius R, in focus at f, makes of a point at d is a disc of radius R |1/f - 1/d|
+// at 1 m.
 TEST(Camera, a_lens_blurs_an_edge_by_its_circle_of_confusion) {
   for (const auto& [distance, focus] : {std::pair{4.0, 2.0}, std::pair{1.0, 2.0}, std::pair{3.0, 1e6}}) {
     const auto [scene, settings] = lit_half(distance, {.radius_m = 0.7, .focus_distance_m = focus});
@@ -123,7 +127,8 @@ TEST(Camera, a_panorama_of_the_sky_is_the_sky) {
   map->width = 16, map->height = 8;
   for (std::uint32_t y = 0; y < 8; ++y)
     for (std::uint32_t x = 0; x < 16; ++x) {
-      // Linear in each direction about most texels, so that the mean over one is its middle's; and told apart everywhere.
+      // Linear in each direction about most texels, so that the mean over one is its middle's; and
+      // told apart everywhere.
       const float along = static_cast<float>(x < 8 ? x : 15 - x);
       map->radiance.emplace_back(1 + along, 1 + static_cast<float>(y), x < 8 ? 2 : 1);
     }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What pixels weigh, against the integrals of the filters, and what a transparent picture leaves out.
+// What pixels weigh, against the integrals of the filters, and what a transparent picture leaves
+// out.
 #include "render/scene_builder.h"
 
 namespace eikon::test {
@@ -7,7 +8,8 @@ namespace {
 
 constexpr const char* kPositive[] = {"box", "box:2.5", "triangle", "gaussian", "blackman-harris"};
 
-/// Share of the filter at distances below `x` from the pixel's middle, signed: 0 to the left of it, 1 to the right.
+/// Share of the filter at distances below `x` from the pixel's middle, signed: 0 to the left of it,
+/// 1 to the right.
 double share_below(const PixelFilter& filter, double x) {
   const double r = filter.width / 2, end = std::clamp(x, -r, r);
   constexpr int kSteps = 20000;
@@ -19,7 +21,8 @@ double share_below(const PixelFilter& filter, double x) {
   return below / all;
 }
 
-/// An orthographic camera that sees pixels of 1 m; the film's upper left corner lies at the origin, and y goes down.
+/// An orthographic camera that sees pixels of 1 m; the film's upper left corner lies at the origin,
+/// and y goes down.
 Settings flat_settings(std::uint32_t width, std::uint32_t height, std::uint64_t spp) {
   Settings settings = settings_for(width, height, spp);
   settings.camera.projection = Projection::orthographic;
@@ -45,8 +48,9 @@ TEST(PixelFilter, a_corner_of_light_is_the_integral_of_the_filter) {
         const double expected =
             share_below(settings.filter, x_edge - (x + 0.5)) * share_below(settings.filter, y_edge - (y + 0.5));
         const double sigma = std::sqrt(film.variance_of_mean(x, y, 0));
-        // Student's quantile with 63 degrees of freedom exceeds the normal one by a tenth this far out. The 256 points of a
-        // replicate are a net: a share much smaller than one of them may be in none, and then the spread says 0.
+        // Student's quantile with 63 degrees of freedom exceeds the normal one by a tenth this far
+        // out. The 256 points of a replicate are a net: a share much smaller than one of them may
+        // be in none, and then the spread says 0.
         EXPECT_NEAR(film.mean(x, y, 0), expected, 1.1 * z_bound(6 * 72) * sigma + 5e-4) << name << " " << x << "," << y;
         EXPECT_LT(sigma, 2e-3);
       }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sums of versions whose images differ must not be added: kImageVersion tells them apart, and this test says when to raise it.
+// Sums of versions whose images differ must not be added: kImageVersion tells them apart, and this
+// test says when to raise it.
 #include "render/film_record.h"
 
 #include "cli/command.h"

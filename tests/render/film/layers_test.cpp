@@ -12,7 +12,8 @@
 namespace eikon::test {
 namespace {
 
-/// A small square of node 0 in front of a large one of node 1 that covers the lower half; nothing above.
+/// A small square of node 0 in front of a large one of node 1 that covers the lower half; nothing
+/// above.
 std::pair<Scene, Settings> two_squares() {
   Scene scene;
   Primitive front, back;
@@ -47,7 +48,8 @@ Written written(const Film& film, const Settings& settings) {
 TEST(Layers, show_the_first_hit) {
   const auto [scene, settings] = two_squares();
   const Written seen = written(film_of(scene, settings), settings);
-  // The middle pixel looks along -z at the small square; (15, 25) down at the large one; (3, 3) at nothing.
+  // The middle pixel looks along -z at the small square; (15, 25) down at the large one; (3, 3) at
+  // nothing.
   EXPECT_FLOAT_EQ(seen.at("albedo.R", 15, 15), 0.2F);
   EXPECT_FLOAT_EQ(seen.at("albedo.B", 15, 15), 0.6F);
   EXPECT_FLOAT_EQ(seen.at("albedo.G", 15, 25), 0.5F);
@@ -59,7 +61,8 @@ TEST(Layers, show_the_first_hit) {
   EXPECT_EQ(seen.at("id", 15, 25), 2);
   EXPECT_EQ(seen.at("id", 3, 3), 0);
   EXPECT_EQ(seen.at("samples", 3, 3), 8);
-  // Along the ray: 2 m in the middle; elsewhere the plane's distance over the cosine, up to the pixel's own extent.
+  // Along the ray: 2 m in the middle; elsewhere the plane's distance over the cosine, up to the
+  // pixel's own extent.
   EXPECT_NEAR(seen.at("depth.Z", 15, 15), 2, 1e-3);
   const double slope = std::tan(0.5) * (25.5 - 15.5) / 15.5;
   EXPECT_NEAR(seen.at("depth.Z", 15, 25), 4 * std::hypot(1, slope), 0.02);
@@ -143,13 +146,15 @@ TEST(Layers, emission_direct_and_indirect_light_are_the_picture) {
         ASSERT_EQ(film.total(x, y, c), plain.total(x, y, c));
         const float all = seen.at(std::string(1, "RGB"[c]), x, y);
         EXPECT_NEAR(of("emission") + of("direct") + of("indirect"), all, 1e-6F * (1 + all));
-        // A path of one edge is not scattered. Of two edges: its last vertex samples no light, but emits.
+        // A path of one edge is not scattered. Of two edges: its last vertex samples no light, but
+        // emits.
         EXPECT_EQ(of("emission"), one.at(std::string(1, "RGB"[c]), x, y));
         EXPECT_GE(of("indirect"), 0);
         indirect += of("indirect");
       }
   EXPECT_GT(indirect, 0);
-  // With both weights of the power heuristic direct light has its two halves: light's by shadow rays, and by the second edge.
+  // With both weights of the power heuristic direct light has its two halves: light's by shadow
+  // rays, and by the second edge.
   for (std::uint32_t i = 0; i < 24 * 24; ++i) {
     const std::uint32_t x = i % 24, y = i / 24;
     EXPECT_NEAR(seen.at("emission.G", x, y) + seen.at("direct.G", x, y), two.at("G", x, y),
@@ -182,7 +187,8 @@ TEST(DepthSeries, has_the_bits_of_renders_that_end_there_up_to_rounding_and_brig
   }
 }
 
-/// The room with its lamp in one group, a glowing ball in another, a bulb in a third and the sky in a fourth.
+/// The room with its lamp in one group, a glowing ball in another, a bulb in a third and the sky in
+/// a fourth.
 std::pair<Scene, Settings> grouped() {
   auto [scene, settings] = room(16, 16, 64);
   scene.light_groups = {"rest", "lamp", "ball", "bulb", "sky"};
@@ -250,8 +256,8 @@ TEST(LightGroups, with_light_sampling_are_the_light_of_each_and_together_the_pic
       expected += alone_film.mean(x, y, 1);
       error2 += alone_film.variance_of_mean(x, y, 1);
     }
-    // Two replicates give each pixel's variance one degree of freedom, all pixels together 256: five deviations are a
-    // chance of less than 1e-5 for each group.
+    // Two replicates give each pixel's variance one degree of freedom, all pixels together 256:
+    // five deviations are a chance of less than 1e-5 for each group.
     EXPECT_NEAR(mean, expected, 5 * std::sqrt(error2)) << scene.light_groups[group];
     if (group != 0) lightest = std::min(lightest, mean);
   }

@@ -49,8 +49,8 @@ TEST(Mattes, count_every_sample_by_the_name_of_what_it_meets) {
 }
 
 TEST(Mattes, of_a_half_covered_pixel_have_half_of_its_samples) {
-  // The edge of the square runs through the middle of a column of pixels: samples are stratified, so a pixel's 64 are cut in half
-  // to within one of each of the two replicates' nets.
+  // The edge of the square runs through the middle of a column of pixels: samples are stratified,
+  // so a pixel's 64 are cut in half to within one of each of the two replicates' nets.
   Scene scene;
   Primitive half;
   add_quad(half, {0, -50, -2}, {50, 0, 0}, {0, 100, 0});

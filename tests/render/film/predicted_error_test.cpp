@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a film states of its own error, against the truth of a room that is lit mostly by indirect light. tools/measure/coverage.py measures
-// the same on any scene.
+// What a film states of its own error, against the truth of a room that is lit mostly by indirect
+// light. tools/measure/coverage.py measures the same on any scene.
 #include <algorithm>
 #include <array>
 #include <vector>
@@ -27,7 +27,8 @@ Statements statements_of(const Scene& scene, Settings settings, const Film& refe
   const Image truth = to_image(reference);
   std::vector<Film> films;
   double relmse = 0, variance = 0, error = 0;
-  // Variance over error has a standard deviation of .075 for 24 seeds of 4 samples, so it takes more of them.
+  // Variance over error has a standard deviation of .075 for 24 seeds of 4 samples, so it takes
+  // more of them.
   const int seeds = std::max(kSeeds, int(960 / settings.sample_end));
   for (int seed = 1; seed <= seeds; ++seed) {
     settings.seed = static_cast<std::uint32_t>(seed);
@@ -54,7 +55,8 @@ Statements statements_of(const Scene& scene, Settings settings, const Film& refe
   return found;
 }
 
-/// Compares what images of 4, 16 and 64 samples per pixel state with their difference to the reference.
+/// Compares what images of 4, 16 and 64 samples per pixel state with their difference to the
+/// reference.
 void expect_true_statements(const Scene& scene, Settings settings, const Film& reference) {
   for (const auto& [spp, allowed] : {std::pair{4U, 0.15}, {16U, 0.1}, {64U, 0.06}}) {
     SCOPED_TRACE(spp);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Geometry at its limits: sizes, scales, degenerate and repeated shapes, and what they must look like.
+// Geometry at its limits: sizes, scales, degenerate and repeated shapes, and what they must look
+// like.
 #include "pack/pack.h"
 #include "render/scene_builder.h"
 
@@ -86,7 +87,8 @@ TEST(Geometry, a_closed_box_is_dark_inside) {
   }
 }
 
-// Far from the origin rounding moves hits by more of the room: of a thousand times as many rays one is put beyond a wall.
+// Far from the origin rounding moves hits by more of the room: of a thousand times as many rays one
+// is put beyond a wall.
 TEST(Geometry, a_room_of_crossing_walls_far_away_is_dark_inside) {
   for (const glm::vec3& center : {glm::vec3(64, -50, 40), glm::vec3(1000, 300, -700)})
     for (std::uint32_t seed = 0; seed < 4; ++seed)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures of surfaces by formula: they look as the same surfaces otherwise do, nothing leaks, nothing shadows itself.
+// Pictures of surfaces by formula: they look as the same surfaces otherwise do, nothing leaks,
+// nothing shadows itself.
 #include <optional>
 #include <string>
 
@@ -118,7 +119,8 @@ TEST(ImplicitSurface, G9_a_scene_times_a_power_of_two_gives_the_same_bits) {
   for (const int k : {-20, -7, 1, 20}) expect_same(original, scaled(std::ldexp(1.0, k)), "2^" + std::to_string(k));
 }
 
-// Intervals do not see that the products cancel; behind the surface in front, what is given up does not count.
+// Intervals do not see that the products cancel; behind the surface in front, what is given up does
+// not count.
 TEST(ImplicitSurface, which_rays_give_up_hangs_on_rays_alone) {
   const auto [scene, settings] = [] {
     Scene made;

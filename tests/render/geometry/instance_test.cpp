@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Meshes with many instances: the picture has the same bits whether they are stored once or for each instance.
+// Meshes with many instances: the picture has the same bits whether they are stored once or for
+// each instance.
 #include <random>
 
 #include "pack/geometry/instanced_meshes.h"
@@ -8,7 +9,8 @@
 namespace eikon::test {
 namespace {
 
-/// The room with balls that have normals of their own, and boxes that have none, with many instances: turned, stretched, some mirrored.
+/// The room with balls that have normals of their own, and boxes that have none, with many
+/// instances: turned, stretched, some mirrored.
 std::pair<Scene, Settings> crowded_room() {
   auto [scene, settings] = room(41, 27, 8);
   settings.aovs = {"albedo", "normal", "depth", "id"};
@@ -89,7 +91,8 @@ TEST(Instances, G19_exact_places_are_hit_where_the_baked_mesh_is_to_the_bit) {
   }
   Execution two_level;
   two_level.instances = InstanceMode::two_level;
-  // Hits, that is: normals of instances come from floats, those of other triangles from doubles, and may differ in the last bit.
+  // Hits, that is: normals of instances come from floats, those of other triangles from doubles,
+  // and may differ in the last bit.
   const Film expected = film_of(baked, settings), found = film_of(once, settings, two_level);
   for (std::uint32_t y = 0; y < settings.height; ++y)
     for (std::uint32_t x = 0; x < settings.width; ++x)

@@ -29,7 +29,8 @@ struct Vertex {
   double u, v;
 };
 
-/// A patch of a surface by two numbers from 0 to 1: along a row, and downwards as seen from its front.
+/// A patch of a surface by two numbers from 0 to 1: along a row, and downwards as seen from its
+/// front.
 void add_patch(Primitive& primitive, std::uint32_t columns, std::uint32_t rows,
                const std::function<Vertex(double, double)>& vertex_at) {
   const auto first = std::uint32_t(primitive.positions_object.size());
@@ -47,7 +48,8 @@ void add_patch(Primitive& primitive, std::uint32_t columns, std::uint32_t rows,
     }
 }
 
-// As README lays textures round shapes: from the back, eastwards, with the front at +Z in the middle, and from the top down.
+// As README lays textures round shapes: from the back, eastwards, with the front at +Z in the
+// middle, and from the top down.
 glm::dvec3 around(double u) {
   const double phi = 2 * std::numbers::pi * (u - 0.5);
   return {std::sin(phi), 0, std::cos(phi)};
@@ -156,8 +158,9 @@ const glm::dmat4 kPlaces[] = {
     glm::rotate(glm::dmat4(1), 0.6, glm::dvec3(0.3, 1, 0.2)) * glm::scale(glm::dmat4(1), {1.0, 0.6, 0.8}),
     glm::rotate(glm::dmat4(1), 0.4, glm::dvec3(0.5, 1, 0)) * glm::scale(glm::dmat4(1), {-1.0, 0.9, 0.7})};
 
-// Without the map windows differ by a hundredth, with one whose pictures are seen from behind or upside down by twice that; what is left of
-// the difference to triangles comes from samples that fall beside edges and silhouettes.
+// Without the map windows differ by a hundredth, with one whose pictures are seen from behind or
+// upside down by twice that; what is left of the difference to triangles comes from samples that
+// fall beside edges and silhouettes.
 TEST(ShapeTangents, a_normal_map_on_a_shape_looks_as_on_its_triangles) {
   for (const Pair& pair : kPairs)
     for (const glm::dmat4& place : kPlaces) {

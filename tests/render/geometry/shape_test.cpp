@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures of shapes: nothing leaks, nothing shadows itself, and they look as the triangles do that come close to them.
+// Pictures of shapes: nothing leaks, nothing shadows itself, and they look as the triangles do that
+// come close to them.
 #include <set>
 
 #include "pack/pack.h"
@@ -67,7 +68,8 @@ TEST(Shapes, a_plane_without_end_is_seen_up_to_the_horizon) {
     Scene scene;
     add_endless_plane(scene, turn, lambert(0.5F));
     const glm::dvec3 up(turn[1]), eye = glm::dvec3(turn * glm::dvec4(0.1, 1, 0.2, 1));
-    // The narrowest has its lowest row 10^9 m away. Floats know the direction of what is askew less well.
+    // The narrowest has its lowest row 10^9 m away. Floats know the direction of what is askew less
+    // well.
     for (const double fov : tilted ? std::vector<double>{1.0, 0.01} : std::vector<double>{1.0, 0.01, 1e-5, 2e-9}) {
       Settings settings = settings_under_sky(16, 16);
       settings.camera = look_at_camera(eye, eye - glm::dvec3(turn[2]), up, fov);
@@ -115,7 +117,8 @@ TEST(Shapes, a_closed_sphere_is_dark_inside) {
 }
 
 TEST(Shapes, L9_a_furnace_of_a_sphere_is_constant) {
-  // Le = 1/2 and albedo 1/2 from every side of the wall: 1. The front of a sphere is outside, so both sides emit.
+  // Le = 1/2 and albedo 1/2 from every side of the wall: 1. The front of a sphere is outside, so
+  // both sides emit.
   Scene scene;
   Material wall = lambert(0.5F, 0.5F);
   wall.double_sided = true;
@@ -203,7 +206,8 @@ TEST(Shapes, a_sphere_looks_as_its_triangles_do) {
         for (std::uint32_t x = 0; x < 32; x += 8) {
           const Crop window{x, y, x + 8, y + 8};
           const MeanAndError a = mean_of(smooth, channel, window), b = mean_of(faceted, channel, window);
-          // The facets lie inside the sphere by 3e-4 of its radius at most, which moves its silhouette by 0.01 pixels.
+          // The facets lie inside the sphere by 3e-4 of its radius at most, which moves its
+          // silhouette by 0.01 pixels.
           EXPECT_TRUE(agrees({a.mean, std::hypot(a.sigma, b.sigma)}, b.mean, 96, 2e-3)) << x << "," << y;
         }
   }

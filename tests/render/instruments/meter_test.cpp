@@ -70,7 +70,8 @@ TEST(Meter, traces_no_light_paths) {
 }
 
 TEST(Meter, is_as_uncertain_as_it_says) {
-  // Light comes back from walls. Of 60 readings with seeds of their own, 2.58 standard errors hold all but 1 %.
+  // Light comes back from walls. Of 60 readings with seeds of their own, 2.58 standard errors hold
+  // all but 1 %.
   int outside = 0;
   double spread2 = 0, claimed2 = 0;
   const double expected = kPi * 0.5 / (1 - 0.5);  // a furnace: what is emitted and reflected is the same everywhere
@@ -107,8 +108,9 @@ TEST(Meter, radiance_along_a_ray_is_that_of_what_it_meets_at_any_distance) {
 }
 
 TEST(Meter, between_two_squares_has_their_form_factor) {
-  // Two parallel unit squares, one apart: F = 0.199825 [Howell, A Catalog of Radiation Heat Transfer Configuration Factors, C-11].
-  // E of one whose opposite has radiance 1 is pi times the factor of each point: its mean over a grid of Gauss-Legendre points.
+  // Two parallel unit squares, one apart: F = 0.199825 [Howell, A Catalog of Radiation Heat
+  // Transfer Configuration Factors, C-11]. E of one whose opposite has radiance 1 is pi times the
+  // factor of each point: its mean over a grid of Gauss-Legendre points.
   const double nodes[] = {0.5 - 0.5 * std::sqrt(0.6), 0.5, 0.5 + 0.5 * std::sqrt(0.6)};
   const double weights[] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
   double factor = 0, variance = 0;

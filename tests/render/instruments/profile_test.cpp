@@ -41,8 +41,8 @@ void expect_counts_agree(const RenderReport& report) {
     samples += device.samples;
     if (device.units == 0) continue;
     EXPECT_EQ(device.rays.camera, device.samples);
-    // A device that has nothing left to do may repeat what another one is late with, and only one of them counts. One that
-    // was too late with it tells nothing of its work.
+    // A device that has nothing left to do may repeat what another one is late with, and only one
+    // of them counts. One that was too late with it tells nothing of its work.
     if (was_late(report, device)) continue;
     const RayCounts& repeated = device.repeated_rays;
     const std::uint64_t hits = device.rays.camera + device.rays.scattered + repeated.camera + repeated.scattered;
@@ -74,7 +74,8 @@ void expect_times_agree(const RenderReport& report) {
       EXPECT_LE(stage.seconds_min, stage.seconds_max) << name;
       stages_s += stage.seconds;
     }
-    // The queue is in order, so nothing is counted twice; the gaps are within the render, what is before and after is not theirs.
+    // The queue is in order, so nothing is counted twice; the gaps are within the render, what is
+    // before and after is not theirs.
     EXPECT_LE(stages_s + device.gaps.seconds, device.busy_s * 1.001 + 1e-4);
     EXPECT_LE(device.busy_s, device.end_s - device.begin_s + 1e-9);
   }
@@ -100,7 +101,8 @@ TEST(Profile, counts_are_those_of_the_rays_whichever_way_stages_are_launched) {
 }
 
 TEST(Profile, most_of_the_time_is_that_of_stages) {
-  // On a busy machine any share of the time may pass while the device waits for a core, but not in every attempt.
+  // On a busy machine any share of the time may pass while the device waits for a core, but not in
+  // every attempt.
   double share = 0;
   for (int attempt = 0; attempt < 20 && share <= 0.2; ++attempt) {
     const RenderOutput output = render_cornell({}, 96, 64);
@@ -132,8 +134,9 @@ TEST(Profile, without_a_counter_stages_are_sampled_and_the_bits_stay) {
   EXPECT_NEAR(device.stages.at("paths").seconds, 0, 1e-6) << "all of it is somebody's";
   ASSERT_EQ(device.stages.count("sampling"), 1U);
   EXPECT_EQ(with.report.devices.at(0).stages.count("sampling"), 0U);
-  // As in stage_profile_test.cpp: a stage on its neighbour's account would be 0.2 to 0.6 off, in every render. Other work on the
-  // machine disturbs samples of milliseconds now and then, and then both are rendered again.
+  // As in stage_profile_test.cpp: a stage on its neighbour's account would be 0.2 to 0.6 off, in
+  // every render. Other work on the machine disturbs samples of milliseconds now and then, and then
+  // both are rendered again.
   const auto share = [](const DeviceReport& of, const std::string& stage) {
     double sum = 0;
     for (const char* name : {"generate", "intersect", "shade", "shadow"}) sum += of.stages.at(name).seconds;
@@ -167,8 +170,9 @@ double cost_of_recording() {
   return best;
 }
 
-// Two renders on a shared machine differ by more than a hundredth, so what is recorded is counted, and the cost of that is measured.
-// A trace that recorded chunks, bounces or samples would have thousands of spans for each launch.
+// Two renders on a shared machine differ by more than a hundredth, so what is recorded is counted,
+// and the cost of that is measured. A trace that recorded chunks, bounces or samples would have
+// thousands of spans for each launch.
 TEST(Profile, recording_takes_less_than_a_hundredth_of_the_time_and_gives_the_device_nothing_more_to_do) {
   const auto shared = std::make_shared<Trace>();
   Trace& trace = *shared;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stage table tells the same story whether stages are launched one by one or run inside one launch.
+// The stage table tells the same story whether stages are launched one by one or run inside one
+// launch.
 #include "render/scene_builder.h"
 
 namespace eikon::test {
@@ -25,8 +26,9 @@ std::pair<std::map<std::string, double>, DeviceReport> profile_of(bool fused) {
   return {shares, device};
 }
 
-// A stage whose time is booked on its neighbour moves a share by its whole size, 0.2 to 0.6 here, in every attempt. Fusing itself
-// moves them by 0.03; other work on the machine moves them by more now and then, and then the pair is rendered again.
+// A stage whose time is booked on its neighbour moves a share by its whole size, 0.2 to 0.6 here,
+// in every attempt. Fusing itself moves them by 0.03; other work on the machine moves them by more
+// now and then, and then the pair is rendered again.
 TEST(StageProfile, one_launch_and_many_agree_on_the_shares) {
   double least = 1;
   for (int attempt = 0; attempt < 30 && least > 0.1; ++attempt) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light paths that are aimed by what a trial has learned: the mean stays whatever the tables say, and the bits are those of every way.
+// Light paths that are aimed by what a trial has learned: the mean stays whatever the tables say,
+// and the bits are those of every way.
 #include <random>
 
 #include "guide/light_aim.h"
@@ -9,8 +10,8 @@
 namespace eikon::test {
 namespace {
 
-/// A closed room with a lamp, a small glass ball, and a large pane before a black wall: nothing that the lamp sends through the pane
-/// comes back.
+/// A closed room with a lamp, a small glass ball, and a large pane before a black wall: nothing
+/// that the lamp sends through the pane comes back.
 std::pair<Scene, Settings> ball_and_pane(std::uint32_t side, std::uint64_t spp) {
   Scene scene;
   Primitive walls, lamp, pane, black;

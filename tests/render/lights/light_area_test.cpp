@@ -39,7 +39,7 @@ TEST(LightArea, L19_a_million_and_more_are_exact) {
   for (const float value : *image.plane("R")) EXPECT_EQ(value, 1e6F);
 }
 
-// ---- emissive textures ----------------------------------------------------------------------------------------------
+// ---- emissive textures --------------------------------------------------------------------------
 
 /// A lamp of side 1 at height 1 over a small white floor, its emission times a texture.
 Scene textured_lamp(std::uint32_t width, std::uint32_t height, std::vector<std::uint32_t> texels, TextureFilter filter,
@@ -112,7 +112,8 @@ TEST(LightArea, one_lit_texel_of_many_is_found_by_each_way) {
   std::vector<std::uint32_t> texels(64 * 64, kBlack);
   texels[20 * 64 + 37] = kWhite;
   const Scene lamp = textured_lamp(64, 64, texels, TextureFilter::linear, 1000);
-  // Filtered, it is a tent of the same weight, two texels wide; far enough away for a square of one.
+  // Filtered, it is a tent of the same weight, two texels wide; far enough away for a square of
+  // one.
   const Scene reference = mosaic(64, [](int i, int j) { return glm::vec3(i == 37 && j == 20 ? 1000.0F : 0.0F); });
   const MeanAndError expected = mean_of(film_of(reference, under_the_lamp(256, LightSampling::mis, 9)));
   for (LightSampling sampling : {LightSampling::mis, LightSampling::light, LightSampling::bsdf}) {
@@ -144,7 +145,8 @@ PackedScene packed(const Scene& scene) {
 }
 
 TEST(LightArea, a_triangle_is_no_light_only_where_no_texel_it_can_show_emits) {
-  // Eight strips over a picture of 64 columns, of which one is lit: strips that can reach it by filtering are lights.
+  // Eight strips over a picture of 64 columns, of which one is lit: strips that can reach it by
+  // filtering are lights.
   for (const TextureFilter filter : {TextureFilter::nearest, TextureFilter::linear})
     for (const Wrap wrap : {Wrap::repeat, Wrap::clamp, Wrap::mirror})
       for (const int lit : {0, 7, 8, 30, 63}) {
@@ -208,7 +210,7 @@ TEST(LightArea, textured_power_is_near_the_mean_over_the_texture) {
   EXPECT_NEAR(there.light_summary[0].area_m2, 1, 1e-6);
 }
 
-// ---- Veach's plates -------------------------------------------------------------------------------------------------
+// ---- Veach's plates -----------------------------------------------------------------------------
 
 TEST(LightArea, L20_veach_plates_by_bsdf_sampling_and_mis_which_is_no_worse_than_twice_the_better) {
   const Scene scene = load_shipped("veach_plates.gltf");
@@ -253,7 +255,8 @@ TEST(LightArea, L20_veach_plates_by_bsdf_sampling_and_mis_which_is_no_worse_than
     }
   }
   for (std::size_t plate = 0; plate < 4; ++plate) {
-    // Light sampling alone meets the mirrored peaks so seldom that its samples do not show how far off their mean is.
+    // Light sampling alone meets the mirrored peaks so seldom that its samples do not show how far
+    // off their mean is.
     EXPECT_TRUE(agree(found[0][plate], found[2][plate], 4)) << "plate " << plate;
     EXPECT_LT(per_sample[0][plate], 2 * std::min(per_sample[1][plate], per_sample[2][plate])) << "plate " << plate;
   }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures lit by a map: each way of finding its light has the mean that the map's definition gives.
+// Pictures lit by a map: each way of finding its light has the mean that the map's definition
+// gives.
 #include "render/scene_builder.h"
 
 namespace eikon::test {
@@ -24,7 +25,8 @@ Environment hot_texel(std::uint32_t width, std::uint32_t height, std::uint32_t i
   return sky_of(width, height, std::move(texels), rotation);
 }
 
-/// Irradiance, channel c, of a surface of normal n: the bilinear interpolation by the midpoint rule, in double precision.
+/// Irradiance, channel c, of a surface of normal n: the bilinear interpolation by the midpoint
+/// rule, in double precision.
 double irradiance(const Environment& environment, glm::dvec3 n, int c) {
   const EnvironmentMap& map = *environment.map;
   const auto texel = [&](int i, int j) {

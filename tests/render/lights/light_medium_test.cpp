@@ -54,8 +54,8 @@ void add_amber(Scene& scene, Around around, double radius, const Material& mater
     add_mesh(scene, "amber", sphere({0, 0, 0}, float(radius), 64, false), material);
 }
 
-// A floor and a lamp in one solid, seen from inside and from outside: E = I cos / d^2 less what the way from the lamp absorbs, and
-// the picture less what the way to the eye absorbs.
+// A floor and a lamp in one solid, seen from inside and from outside: E = I cos / d^2 less what the
+// way from the lamp absorbs, and the picture less what the way to the eye absorbs.
 TEST(LightMedium, M16_a_bulb_in_a_solid_lights_what_is_in_it_through_the_medium) {
   for (const Around around : {Around::mesh, Around::shape})
     for (const bool eye_inside : {true, false}) {
@@ -68,20 +68,23 @@ TEST(LightMedium, M16_a_bulb_in_a_solid_lights_what_is_in_it_through_the_medium)
       scene.lights.push_back(bulb);
       const double d = std::sqrt(5.0), seen_through = eye_inside ? 3 : 4;
       const double expected = 0.5 / kPi * 7 * (2 / d) / (d * d) * std::pow(0.5, d) * std::pow(0.5, seen_through);
-      // Seen from outside through a facet, which is up to 4 (pi / 64)^2 / 2 nearer than the sphere. The beam is .0003 wide.
+      // Seen from outside through a facet, which is up to 4 (pi / 64)^2 / 2 nearer than the sphere.
+      // The beam is .0003 wide.
       const double tolerance = 5e-4 + (eye_inside || around == Around::shape ? 0 : 5e-3);
       const Film film = film_of(scene, from_above(eye_inside ? 3 : 9, 64));
       EXPECT_NEAR(mean_of(film).mean, expected, tolerance * expected) << "inside " << eye_inside;
     }
 }
 
-// Nothing outside is lit by a lamp that is a point in smooth clear glass, nor anything inside by one outside: paths meet no points. That
-// is how it is with points (info says so), and must not be a leak of light without the medium.
+// Nothing outside is lit by a lamp that is a point in smooth clear glass, nor anything inside by
+// one outside: paths meet no points. That is how it is with points (info says so), and must not be
+// a leak of light without the medium.
 TEST(LightMedium, M16_a_bulb_lights_nothing_across_a_boundary) {
   for (const bool bulb_inside : {true, false}) {
     Scene scene;
     add_ball(scene, {0, 2, 0}, 1, amber(0.5F, 1.5F));
-    // Nothing but glass stands on the bulb's side: what it lights there would be seen across the boundary.
+    // Nothing but glass stands on the bulb's side: what it lights there would be seen across the
+    // boundary.
     Primitive inner;
     add_quad(inner, {-0.2F, 2, 0.2F}, {0.4F, 0, 0}, {0, 0, -0.4F});
     if (bulb_inside)
@@ -92,15 +95,17 @@ TEST(LightMedium, M16_a_bulb_lights_nothing_across_a_boundary) {
     bulb.position = bulb_inside ? glm::dvec3(0, 1.5, 0) : glm::dvec3(0, 6, 0);
     bulb.intensity = glm::vec3(7);
     scene.lights.push_back(bulb);
-    // The eye is outside where the bulb is inside, beside the glass, and else inside, above the quad there.
+    // The eye is outside where the bulb is inside, beside the glass, and else inside, above the
+    // quad there.
     Settings settings = from_above(2.4, 64);
     if (bulb_inside) settings.camera = look_at_camera({3, 1, 0}, {0.6, 0, 0}, {0, 1, 0}, 0.05);
     EXPECT_EQ(mean_of(film_of(scene, settings)).mean, 0) << bulb_inside;
   }
 }
 
-// A glowing ball in rough absorbing glass above a floor: light leaves by scattered rays and by the boundary's own sampling of the
-// lamp, from inside and outside alike. Each way of sampling takes the media from another end of the path.
+// A glowing ball in rough absorbing glass above a floor: light leaves by scattered rays and by the
+// boundary's own sampling of the lamp, from inside and outside alike. Each way of sampling takes
+// the media from another end of the path.
 TEST(LightMedium, M16_each_way_of_sampling_a_lamp_in_rough_glass_agrees) {
   const auto picture = [](LightSampling way, bool eye_inside, float per_metre) {
     Scene scene;

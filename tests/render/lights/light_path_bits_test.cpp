@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light paths bring the same bits by any way of tracing and in any parts, and each layer gets its own.
+// Light paths bring the same bits by any way of tracing and in any parts, and each layer gets its
+// own.
 #include "render/lights/light_path_scenes.h"
 
 namespace eikon::test {

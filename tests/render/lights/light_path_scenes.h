@@ -62,7 +62,8 @@ inline std::pair<Scene, Settings> room_of_glass(std::uint32_t side, std::uint64_
   return {std::move(scene), seen_from_above(side, spp)};
 }
 
-/// Both on a floor under a sky of radiance 0.1, in which one texel of 64 x 32, 45 degrees high, is a sun.
+/// Both on a floor under a sky of radiance 0.1, in which one texel of 64 x 32, 45 degrees high, is
+/// a sun.
 inline std::pair<Scene, Settings> floor_in_the_sun(std::uint32_t side, std::uint64_t spp, float sun) {
   Scene scene;
   Primitive floor;
@@ -105,9 +106,9 @@ inline Crop quarter(const FilmLayout& layout, std::uint32_t i) {
   return {x, y, x + w, y + h};
 }
 
-/// Compares quarters and channels of a picture by both ways. without_spp: samples per pixel of the way without light
-/// paths, so many that both ways know the mean about equally well, as takes the least time. comparisons: of the test.
-/// Returns the film with light paths.
+/// Compares quarters and channels of a picture by both ways. without_spp: samples per pixel of the
+/// way without light paths, so many that both ways know the mean about equally well, as takes the
+/// least time. comparisons: of the test. Returns the film with light paths.
 inline Film expect_the_same_mean(const char* name, const Scene& scene, Settings settings, std::uint64_t without_spp,
                                  int comparisons) {
   settings.max_depth = 8;
@@ -123,8 +124,9 @@ inline Film expect_the_same_mean(const char* name, const Scene& scene, Settings 
   return with;
 }
 
-/// Relative mean square error of the channel green, without and with light paths, against sixteen times the samples
-/// with four times the light paths for each, whose own error is less than a tenth of that with light paths.
+/// Relative mean square error of the channel green, without and with light paths, against sixteen
+/// times the samples with four times the light paths for each, whose own error is less than a tenth
+/// of that with light paths.
 inline std::pair<double, double> errors_of(const Scene& scene, Settings settings) {
   const Film without = film_of(scene, settings), with = film_of(scene, with_light_paths(settings, 1.0 / 16));
   settings.sample_end *= 16;

@@ -6,8 +6,8 @@
 namespace eikon::test {
 namespace {
 
-/// The glass ball and the mirror in a room that a shape lights. All kinds are there, of which the others are black and out of
-/// sight, so that all such scenes share programs.
+/// The glass ball and the mirror in a room that a shape lights. All kinds are there, of which the
+/// others are black and out of sight, so that all such scenes share programs.
 std::pair<Scene, Settings> room_lit_by(ShapeKind kind, bool double_sided, std::uint64_t spp) {
   auto [scene, settings] = room_of_glass(24, spp);
   scene.materials[1].emission = glm::vec3(0);

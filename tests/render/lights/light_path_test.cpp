@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light that passed glass or left a mirror: by light paths it is what closed forms say, and what paths from the camera
-// find where they can.
+// Light that passed glass or left a mirror: by light paths it is what closed forms say, and what
+// paths from the camera find where they can.
 #include <functional>
 
 #include "render/lights/light_path_scenes.h"
@@ -20,8 +20,9 @@ double fresnel(double cos_i, double eta) {
   return 0.5 * (s * s + p * p);
 }
 
-/// Irradiance of a floor at distance x from the foot of a lamp of 1 W / sr that is `height` above it, all told, behind a
-/// plane slab: flux is conserved, so E = T sin(theta) dtheta / (x dx). Light that is reflected within the slab is left out.
+/// Irradiance of a floor at distance x from the foot of a lamp of 1 W / sr that is `height` above
+/// it, all told, behind a plane slab: flux is conserved, so E = T sin(theta) dtheta / (x dx). Light
+/// that is reflected within the slab is left out.
 double irradiance_behind_slab(double x, double height, double thickness, double eta) {
   const auto reach = [&](double theta) {
     const double sin_t = std::sin(theta) / eta;
@@ -38,7 +39,7 @@ double irradiance_behind_slab(double x, double height, double thickness, double 
   return passed * passed * std::sin(theta) / (x * slope);
 }
 
-// ---- closed forms -----------------------------------------------------------------------------------------------------
+// ---- closed forms -------------------------------------------------------------------------------
 
 /// A floor under a slab of glass, and a point lamp of 1 W / sr above it.
 constexpr double kLampHeight = 2, kThickness = 0.2, kIor = 1.5;
@@ -68,7 +69,8 @@ const CameraKind kCameras[] = {
      [](Camera& camera) { camera.projection = Projection::orthographic, camera.ymag_m = kOrthographicHeight; }},
 };
 
-/// The mean of a square picture by such a camera, by the closed form on a grid over its pixels and its lens.
+/// The mean of a square picture by such a camera, by the closed form on a grid over its pixels and
+/// its lens.
 double expected_mean(const Camera& camera) {
   constexpr int kPixels = 24, kRings = 3, kSpokes = 8;
   const glm::dvec3 right(camera.world_from_camera[0]), up(camera.world_from_camera[1]),
@@ -159,7 +161,8 @@ TEST(LightPaths, a_mirror_sends_the_flux_of_a_sun_onto_the_floor) {
   metal.roughness = 0;
   metal.metallic = 1;
   metal.base_color = glm::vec3(0.8F);
-  // A mirror of 1 m^2 that stands upright sends the light of a sun at 45 degrees onto the floor before it.
+  // A mirror of 1 m^2 that stands upright sends the light of a sun at 45 degrees onto the floor
+  // before it.
   Primitive pane;
   add_quad(pane, {-0.5F, 2, 0}, {1, 0, 0}, {0, 1, 0});
   add_mesh(mirror, "mirror", std::move(pane), metal);
@@ -171,13 +174,15 @@ TEST(LightPaths, a_mirror_sends_the_flux_of_a_sun_onto_the_floor) {
   above.max_depth = 3;
   const MeanAndError with = mean_of(film_of(mirror, with_light_paths(above, 4))),
                      without = mean_of(film_of(mirror, above));
-  // Where it falls, as much arrives as comes directly: the mirror's light covers x in -0.5 .. 0.5 and z in 2 .. 3 of 2 m x 2 m.
+  // Where it falls, as much arrives as comes directly: the mirror's light covers x in -0.5 .. 0.5
+  // and z in 2 .. 3 of 2 m x 2 m.
   const double direct = 2 * std::cos(kPi / 4) * 0.5 / kPi;
   EXPECT_TRUE(agrees({with.mean - without.mean, with.sigma}, 0.8 * direct * 0.25, 1, 1e-3));
 }
 
-/// Share of a sun's light from above that passes a ball of glass of radius 1 without a reflection, in the mean over a square hole of
-/// that half side above its middle: both surfaces are met under the same angles.
+/// Share of a sun's light from above that passes a ball of glass of radius 1 without a reflection,
+/// in the mean over a square hole of that half side above its middle: both surfaces are met under
+/// the same angles.
 double passed_by_ball(double half, double eta) {
   constexpr int kSteps = 400;
   double sum = 0;
@@ -209,7 +214,8 @@ TEST(LightPaths, bring_all_the_flux_that_passes_a_lens_and_no_more) {
     }
     add_mesh(scene, "screen", std::move(screen), lambert(0));
     scene.lights.push_back(sunshine({0, -1, 0}, float(kIrradiance)));
-    // The camera looks under the screen. The light of both balls that comes without a reflection lands within its picture.
+    // The camera looks under the screen. The light of both balls that comes without a reflection
+    // lands within its picture.
     Settings settings = settings_for(32, 32, 256);
     settings.camera = look_at_camera({0, 4 * std::sin(kElevation), 4 * std::cos(kElevation)}, {0, 0, 0}, {0, 1, 0}, 1);
     settings.camera.projection = Projection::orthographic;
@@ -224,7 +230,7 @@ TEST(LightPaths, bring_all_the_flux_that_passes_a_lens_and_no_more) {
   }
 }
 
-// ---- against paths from the camera ------------------------------------------------------------------------------------
+// ---- against paths from the camera --------------------------------------------------------------
 
 const Change kChanges[] = {
     {"room", [](Scene&, Settings&) {}},

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The weights of camera paths and light paths by closed forms, and scenes of triangles that emit in one colour each, for tests of these
-// weights.
+// The weights of camera paths and light paths by closed forms, and scenes of triangles that emit in
+// one colour each, for tests of these weights.
 #pragma once
 #include <memory>
 #include <optional>
@@ -12,7 +12,7 @@
 
 namespace eikon::test {
 
-// ---- the weights, by closed forms ---------------------------------------------------------------------------------------
+// ---- the weights, by closed forms ---------------------------------------------------------------
 
 /// A path as far as its weights depend on it: its end at the camera and its end at the lamp.
 struct PathEnds {
@@ -22,8 +22,9 @@ struct PathEnds {
   double aim_sr = 0;    // mean density of the directions in which light paths leave it
 };
 
-/// Pixels of a pinhole's film per m^2 of a surface across the ray to a point: a pixel has the side s on a film one metre
-/// ahead of the camera, and the solid angle s^2 cos^3 of the angle with the camera's axis.
+/// Pixels of a pinhole's film per m^2 of a surface across the ray to a point: a pixel has the side
+/// s on a film one metre ahead of the camera, and the solid angle s^2 cos^3 of the angle with the
+/// camera's axis.
 inline double film_density(const Settings& settings, const glm::dvec3& point) {
   const glm::dmat4& camera = settings.camera.world_from_camera;
   const glm::dvec3 ray = point - glm::dvec3(camera[3]);
@@ -41,9 +42,10 @@ inline double weight_ratio(const Settings& settings, const PathEnds& path) {
   return at_camera * path.start_m2 * path.aim_sr / cos_lamp;
 }
 
-// ---- scenes -------------------------------------------------------------------------------------------------------------
+// ---- scenes -------------------------------------------------------------------------------------
 
-/// A black triangle that emits kRadiance in one channel alone, so that its light can be told from others'.
+/// A black triangle that emits kRadiance in one channel alone, so that its light can be told from
+/// others'.
 struct TriangleLamp {
   glm::dvec3 a{0.0}, b{0.0}, c{0.0};  // its front has them counterclockwise
   std::uint32_t material = 0;
@@ -128,7 +130,8 @@ class LampWavefront {
   std::optional<DevicePool::Lease> device_;
   std::unique_ptr<Wavefront> wavefront_;  // destroyed before its device and its scene
 
-  /// The packed scene says how likely each lamp is and how its light paths are aimed. The rest follows from that.
+  /// The packed scene says how likely each lamp is and how its light paths are aimed. The rest
+  /// follows from that.
   void read_starts() {
     double all = 0;
     for (std::size_t i = 0; i < packed_.lights.size(); ++i)

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Camera paths and light paths that find the same light share it: camera paths have 1 / (1 + R) of it, and light paths
-// R / (1 + R). weight_ratio() (light_path_weights.h) gives R of a path by closed forms from its vertices, in double. The first
-// test measures the share that the renderer leaves to camera paths, on random paths, and compares it with 1 / (1 + R). The
-// second one measures what the renderer gives to light paths, in random scenes, and compares it with R / (1 + R). R is the
-// same function of the path both times. So both weights add up to one on each path, whatever R is: a factor that one side
-// alone had, or lacked, would make it disagree with weight_ratio().
+// Camera paths and light paths that find the same light share it: camera paths have 1 / (1 + R) of
+// it, and light paths R / (1 + R). weight_ratio() (light_path_weights.h) gives R of a path by
+// closed forms from its vertices, in double. The first test measures the share that the renderer
+// leaves to camera paths, on random paths, and compares it with 1 / (1 + R). The second one
+// measures what the renderer gives to light paths, in random scenes, and compares it with R / (1 +
+// R). R is the same function of the path both times. So both weights add up to one on each path,
+// whatever R is: a factor that one side alone had, or lacked, would make it disagree with
+// weight_ratio().
 #include <algorithm>
 #include <bit>
 #include <random>
@@ -26,10 +28,10 @@ struct RatioCounts {
   }
 };
 
-// ---- camera paths -------------------------------------------------------------------------------------------------------
+// ---- camera paths -------------------------------------------------------------------------------
 
-/// A floor before a mirror and under a pane of glass. One lamp is seen from it in the mirror, the other one through the pane, and
-/// both directly, too.
+/// A floor before a mirror and under a pane of glass. One lamp is seen from it in the mirror, the
+/// other one through the pane, and both directly, too.
 LampScene mirror_and_pane() {
   LampScene made;
   add_matte_floor(made.scene, 0.6F);
@@ -42,7 +44,8 @@ LampScene mirror_and_pane() {
   return made;
 }
 
-/// The share of the light at the end of a path that a camera path keeps if there are light paths, by closed forms.
+/// The share of the light at the end of a path that a camera path keeps if there are light paths,
+/// by closed forms.
 /// edges  from the camera on; the last one ends at the lamp
 double expected_share(const LampWavefront& shared, const std::vector<PathVertex>& edges, const TriangleLamp& lamp,
                       double* ratio) {
@@ -72,7 +75,8 @@ struct CameraPaths {
   int in_mirror = 0, through_pane = 0, unshared = 0;
 };
 
-/// Traces one path with and without light paths, which have the same random numbers, and compares what the lamp at its end brings.
+/// Traces one path with and without light paths, which have the same random numbers, and compares
+/// what the lamp at its end brings.
 void compare_camera_path(LampWavefront& shared, LampWavefront& alone, const PixelSample& of, CameraPaths& seen) {
   std::vector<PathVertex> edges, edges_alone;
   const auto into = [](std::vector<PathVertex>& to) { return [&](const PathVertex& edge) { to.push_back(edge); }; };
@@ -124,10 +128,10 @@ TEST(LightPathWeights, of_camera_paths_are_one_over_one_plus_the_ratio_of_densit
   EXPECT_GE(std::min({seen.in_mirror, seen.through_pane, seen.unshared}), 100);
 }
 
-// ---- light paths --------------------------------------------------------------------------------------------------------
+// ---- light paths --------------------------------------------------------------------------------
 
-/// Two small lamps, a mirror of one triangle, and a floor. The mirror sends light of the lamps to `lit` and around it, which a camera
-/// looks at.
+/// Two small lamps, a mirror of one triangle, and a floor. The mirror sends light of the lamps to
+/// `lit` and around it, which a camera looks at.
 struct Placement {
   LampScene made;
   glm::dvec3 mirror{0.0}, mirror_normal{0.0}, lit{0.0}, eye{0.0}, axis{0.0};
@@ -231,7 +235,8 @@ void compare_splats(const LampWavefront& wavefront, const Placement& placed, con
     const glm::dvec3 lit = floor_of_pixel(wavefront.settings(), splat[SPLAT_pixel] & 0xffffU, splat[SPLAT_pixel] >> 16);
     const PathEnds path = path_by_mirror(placed, lamp, lit);
     const double ratio = weight_ratio(wavefront.settings(), path), expected = ratio / (1 + ratio);
-    // The path starts up to 17 mm from the lamp's middle, and ends up to half a pixel from that of the pixel.
+    // The path starts up to 17 mm from the lamp's middle, and ends up to half a pixel from that of
+    // the pixel.
     const double weight = value(c) / unshared_splat(wavefront, path, lamp);
     EXPECT_NEAR(weight, expected, 0.02 * expected) << "R " << ratio;
     seen.deviations += weight / expected - 1;
@@ -242,7 +247,8 @@ void compare_splats(const LampWavefront& wavefront, const Placement& placed, con
   }
 }
 
-/// Looks at what the mirror lights through a window of 16 x 16 pixels, with so many light paths that R is about `ratio`.
+/// Looks at what the mirror lights through a window of 16 x 16 pixels, with so many light paths
+/// that R is about `ratio`.
 void compare_placement(const Placement& placed, double ratio, SplatsSeen& seen) {
   Settings settings = settings_for(512, 400, 1U << 20);
   settings.max_depth = 3;
@@ -275,7 +281,8 @@ TEST(LightPathWeights, of_light_paths_are_the_ratio_of_densities_over_one_plus_i
   for (int i = 0; i < kPlacements; ++i)
     compare_placement(random_placement(random), 0.1 * std::pow(200, i / (kPlacements - 1.0)), seen);
   seen.ratios.expect_at_least(40);
-  // Places on lamp and pixel cancel in the mean: of some 390 splats it has a standard error of 0.02 %.
+  // Places on lamp and pixel cancel in the mean: of some 390 splats it has a standard error of 0.02
+  // %.
   EXPECT_NEAR(seen.deviations / seen.count, 0, 1e-3);
 }
 

@@ -89,13 +89,15 @@ TEST(LightPunctual, many_lights_of_all_kinds_give_the_sum_of_each) {
   Settings settings = settings_for(16, 16, 1024);
   settings.camera = look_at_camera({0, 0.9, 0.001}, {0, 0, 0}, {0, 1, 0}, 0.001);
   const double expected = kSquareLightIrradiance + 0.02 * 0.3 / std::pow(0.14, 1.5) + 0.1 * 0.5 / std::pow(0.26, 1.5);
-  // The directional light is kept off by the lamp above: it comes from (-1, 1, 0) and passes beside it at x = -1.
+  // The directional light is kept off by the lamp above: it comes from (-1, 1, 0) and passes beside
+  // it at x = -1.
   const double sun = 0.3 / std::sqrt(2.0);
   EXPECT_TRUE(agrees(mean_of(film_of(scene, settings)), (expected + sun) / kPi, 1, 1e-4));
 }
 
 TEST(LightPunctual, L21_light_through_a_pinhole_arrives_and_none_leaks_into_a_closed_box) {
-  // A screen at height 1 with a hole of side 0.01, 1e-4 sr from the origin; a lamp at height 2 covers all that it shows.
+  // A screen at height 1 with a hole of side 0.01, 1e-4 sr from the origin; a lamp at height 2
+  // covers all that it shows.
   const float h = 0.005F;
   Scene scene;
   Primitive floor, screen, lamp;
@@ -117,7 +119,8 @@ TEST(LightPunctual, L21_light_through_a_pinhole_arrives_and_none_leaks_into_a_cl
   by_point.lights = {point_light({0, 2, 0}, 1)};
   EXPECT_TRUE(agrees(mean_of(film_of(by_point, settings)), 0.25 / kPi, 2, 1e-4));
 
-  // Walls of no thickness, each its own mesh, that meet at edges and corners alone; lights of every kind outside.
+  // Walls of no thickness, each its own mesh, that meet at edges and corners alone; lights of every
+  // kind outside.
   Scene box;
   const glm::vec3 x = glm::normalize(glm::vec3(1, 0.3F, 0.1F)), z = glm::normalize(glm::cross(x, {-0.3F, 1, 0.2F})),
                   y = glm::cross(z, x);

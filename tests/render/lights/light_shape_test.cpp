@@ -34,8 +34,8 @@ void add_black_shapes(Scene& scene, const glm::dvec3& place) {
     add_shape(scene, shape_of(kind.kind, {0.3, 0.1, 0.1}, at(place)), lambert(0));
 }
 
-/// A white patch about the origin, its front turned by `tilt` from +Y towards +Z, and a camera that sees nothing else: shows E / pi.
-/// Black shapes lie behind it.
+/// A white patch about the origin, its front turned by `tilt` from +Y towards +Z, and a camera that
+/// sees nothing else: shows E / pi. Black shapes lie behind it.
 std::pair<Scene, Settings> patch(double tilt, double side, std::uint64_t spp, LightSampling sampling) {
   std::pair<Scene, Settings> made;
   Primitive floor;
@@ -177,7 +177,8 @@ TEST(LightShapes, L6_inside_and_on_an_emissive_surface_all_is_finite_and_right) 
 }
 
 TEST(LightShapes, L7_irradiance_goes_on_where_the_way_of_sampling_changes) {
-  // Towards the surface of a sphere: E = pi L R^2 / d^2 up to it, then pi L on its inside where both sides emit.
+  // Towards the surface of a sphere: E = pi L R^2 / d^2 up to it, then pi L on its inside where
+  // both sides emit.
   for (const double height : {-1e-2, -1e-5, 1e-7, 1e-6, 1e-5, 4e-5, 1e-4, 1e-3, 1e-1}) {
     const double side = 1e-3 * std::max(std::abs(height), 1e-6);
     for (const LightSampling way : {LightSampling::mis, LightSampling::bsdf}) {
@@ -191,7 +192,8 @@ TEST(LightShapes, L7_irradiance_goes_on_where_the_way_of_sampling_changes) {
   }
 }
 
-/// Irradiance at the origin, facing +Y, by a polygon that is all above it and emits 1 [Lambert 1760]; and its solid angle.
+/// Irradiance at the origin, facing +Y, by a polygon that is all above it and emits 1 [Lambert
+/// 1760]; and its solid angle.
 std::pair<double, double> seen_of_triangle(const std::array<glm::dvec3, 3>& corners) {
   double sum = 0;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -222,7 +224,8 @@ TEST(LightShapes, L7_a_triangle_of_any_solid_angle_lights_as_it_should) {
     const auto [expected, solid] = seen_of_triangle(corners);
     ASSERT_NEAR(solid, each.solid, 0.01 * each.solid) << "the case is what it says";
     for (const LightSampling way : {LightSampling::mis, LightSampling::light, LightSampling::bsdf}) {
-      // By chance alone specks are not found; points chosen over all of a triangle that is next to the eye are mostly far away.
+      // By chance alone specks are not found; points chosen over all of a triangle that is next to
+      // the eye are mostly far away.
       if (way == LightSampling::bsdf ? solid < 0.1 : way == LightSampling::light && solid > 1) continue;
       auto [scene, settings] = patch(0, 1e-4 * each.height, 4096, way);
       Primitive triangle;
@@ -295,7 +298,8 @@ TEST(LightShapes, areas_are_those_of_geometry_under_any_transform) {
   // Semi-axes 1, 2, 3 [by the elliptic integrals of Legendre]; flattened: two discs.
   EXPECT_NEAR(area(shape_of(ShapeKind::sphere, {1}, glm::scale(glm::dmat4(1), {1.0, 2.0, 3.0}))), 48.8821463, 1e-5);
   EXPECT_NEAR(area(shape_of(ShapeKind::sphere, {1}, glm::scale(glm::dmat4(1), {1.0, 1e-6, 1.0}))), 2 * kPi, 1e-4);
-  // Long ones of semi-axes 1, 1 and c: 2 pi (1 + c / e asin e) with e^2 = 1 - 1 / c^2, whichever axis is the long one.
+  // Long ones of semi-axes 1, 1 and c: 2 pi (1 + c / e asin e) with e^2 = 1 - 1 / c^2, whichever
+  // axis is the long one.
   for (const double c : {1.5, 50.0})
     for (int axis = 0; axis < 3; ++axis) {
       glm::dvec3 scales(1);
@@ -307,11 +311,13 @@ TEST(LightShapes, areas_are_those_of_geometry_under_any_transform) {
   EXPECT_NEAR(area(shape_of(ShapeKind::plane, {1, 2}, stretch)), 2 * 1, 1e-12);
   EXPECT_NEAR(area(shape_of(ShapeKind::cylinder, {3, 1, 1})), 2 * kPi * 3 + 2 * kPi, 1e-9);
   EXPECT_NEAR(area(shape_of(ShapeKind::cylinder, {4, 0, 3})), kPi * 3 * 5 + kPi * 9, 1e-9);  // a cone
-  // An elliptic cylinder of semi-axes 2 and 1/2: its perimeter is 8.57842178 [Ramanujan's second formula, 8.578...].
+  // An elliptic cylinder of semi-axes 2 and 1/2: its perimeter is 8.57842178 [Ramanujan's second
+  // formula, 8.578...].
   EXPECT_NEAR(area(shape_of(ShapeKind::cylinder, {1, 1, 1}, stretch)), 3 * 8.5784217 + 2 * kPi, 1e-5);
   EXPECT_NEAR(area(shape_of(ShapeKind::capsule, {3, 0.5, 0.5})), 2 * kPi * 0.5 * 3 + kPi, 1e-6);
   EXPECT_NEAR(area(shape_of(ShapeKind::capsule, {0, 0.5, 0.2})), kPi, 1e-6);  // the larger sphere alone
-  // Spheres of 1 and 2 whose centres are 4 apart: sin = 1/4; the frustum between the circles where the cone touches them.
+  // Spheres of 1 and 2 whose centres are 4 apart: sin = 1/4; the frustum between the circles where
+  // the cone touches them.
   const double sine = 0.25, cosine = std::sqrt(1 - sine * sine);
   EXPECT_NEAR(area(shape_of(ShapeKind::capsule, {4, 1, 2})),
               kPi * 3 * cosine * 4 * cosine + 2 * kPi * (1 - sine) + 8 * kPi * (1 + sine), 1e-5);

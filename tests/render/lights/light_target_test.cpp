@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light paths are aimed at some surfaces, and start in no other directions. Light that surfaces beside these reflect or refract exactly
-// comes by paths from the camera alone, which must not leave a share of it to light paths.
+// Light paths are aimed at some surfaces, and start in no other directions. Light that surfaces
+// beside these reflect or refract exactly comes by paths from the camera alone, which must not
+// leave a share of it to light paths.
 #include "render/lights/light_path_scenes.h"
 #include "scene/endless.h"
 
@@ -84,7 +85,8 @@ TEST(LightTargets, leave_what_other_surfaces_reflect_to_camera_paths) {
 }
 
 TEST(LightTargets, that_are_painted_in_part_let_light_through_whole) {
-  // A shading normal that leans towards the sun hides the terminator of what the paint reflects, and of nothing that passes.
+  // A shading normal that leans towards the sun hides the terminator of what the paint reflects,
+  // and of nothing that passes.
   constexpr float passes = 0.4F, albedo = 0.5F, irradiance = 2;
   constexpr double angle = 1.3;
   Scene scene;
@@ -107,7 +109,8 @@ TEST(LightTargets, that_are_painted_in_part_let_light_through_whole) {
 }
 
 TEST(LightTargets, leave_light_of_normals_that_face_away_to_camera_paths) {
-  // A lamp shines at a mirror, and by way of that at a floor, whose shading normals face away from the wall that the camera sees.
+  // A lamp shines at a mirror, and by way of that at a floor, whose shading normals face away from
+  // the wall that the camera sees.
   Scene scene;
   Primitive floor, wall, mirror, lamp;
   add_quad(floor, {-1, -1, 1}, {2, 0, 0}, {0, 0, -2});
@@ -145,7 +148,8 @@ TEST(LightTargets, leave_what_other_surfaces_reflect_out_of_photons) {
   settings.merges_caustics = true;
   settings.seed = 5;
   const MeanAndError merged = mean_of(film_of(scene, settings));
-  // The light that plastic reflects is 6 % of the picture. The bias of merging is smaller than a sixth of that.
+  // The light that plastic reflects is 6 % of the picture. The bias of merging is smaller than a
+  // sixth of that.
   EXPECT_NEAR(merged.mean, unbiased.mean, 0.01 * unbiased.mean);
 }
 

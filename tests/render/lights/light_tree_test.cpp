@@ -13,7 +13,8 @@ double uniform(std::uint32_t& state) {  // the same on every machine
   return double(state >> 8) / 16777216.0;
 }
 
-/// A box of side 2, open to the front, with small lamps in it that face anywhere, some to both sides, over three decades of power.
+/// A box of side 2, open to the front, with small lamps in it that face anywhere, some to both
+/// sides, over three decades of power.
 std::pair<Scene, Settings> lamp_room(int lamps, std::uint32_t side, std::uint64_t spp) {
   Scene scene;
   Primitive walls, one, both, ball = sphere({0.2F, -0.5F, 0.1F}, 0.4F, 8, false);
@@ -57,7 +58,8 @@ TEST(LightTree, lights_alone_and_scattered_rays_alone_and_both_give_one_mean) {
   EXPECT_TRUE(agree(found[1], found[2], 3));
 }
 
-// With lamps alone there is nothing beside the tree to choose; with punctual lights it holds kinds that no ray can meet.
+// With lamps alone there is nothing beside the tree to choose; with punctual lights it holds kinds
+// that no ray can meet.
 TEST(LightTree, direct_light_of_all_is_the_sum_of_what_each_gives_alone) {
   Scene scene;
   Primitive floor;
@@ -114,7 +116,8 @@ TEST(LightTree, is_for_more_than_a_few_lights_that_have_a_place) {
   EXPECT_NEAR(sum, 1, 1e-9);
 }
 
-// A needle is no light that can be sampled, so fewer may be left than the tree was meant for, even none.
+// A needle is no light that can be sampled, so fewer may be left than the tree was meant for, even
+// none.
 TEST(LightTree, lamps_that_cannot_be_sampled_leave_a_tree_of_fewer_lights_or_of_none) {
   for (const int good : {0, 1, 2}) {
     Scene scene;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The number of light paths that a pilot chooses: its prediction holds, and it is the same by any way and for any part.
+// The number of light paths that a pilot chooses: its prediction holds, and it is the same by any
+// way and for any part.
 #include <cmath>
 
 #include "render/lights/light_path_scenes.h"
@@ -43,7 +44,8 @@ TEST(LightPathTrial, decides_the_same_by_every_way_and_for_each_part) {
   unfused.fused = false;
   Execution queues;
   queues.lanes = 1, queues.chunked = false, queues.layout = "bvh2";
-  // The same way stands there more than once, since threads store splats in another order each time.
+  // The same way stands there more than once, since threads store splats in another order each
+  // time.
   for (const Execution& way : {Execution{}, Execution{}, Execution{}, small, small, unfused, queues}) {
     const RenderOutput output = output_of(scene, settings, way);
     EXPECT_EQ(output.report.pilot.light_path_count, expected.report.pilot.light_path_count);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Caustics that are seen through glass or in a mirror, found by photons: they are what closed forms say and what paths from the
-// camera find, with a bias that falls, and with the same bits by any way of tracing and in any parts.
+// Caustics that are seen through glass or in a mirror, found by photons: they are what closed forms
+// say and what paths from the camera find, with a bias that falls, and with the same bits by any
+// way of tracing and in any parts.
 #include "render/lights/light_path_scenes.h"
 #include "wavefront/photons/photon_map.h"
 
@@ -15,7 +16,8 @@ Settings merging(Settings settings, double ratio) {
 
 double reflected_at_right_angle(double eta) { return (eta - 1) * (eta - 1) / ((eta + 1) * (eta + 1)); }
 
-/// A floor under a pane of glass in the light of a sun that is right above, seen from above through the pane.
+/// A floor under a pane of glass in the light of a sun that is right above, seen from above through
+/// the pane.
 /// covered  some of the pane is in the shadow of a card that ends at x = 0
 std::pair<Scene, Settings> floor_under_glass(bool covered) {
   Scene scene;
@@ -47,8 +49,8 @@ TEST(Merging, lights_a_floor_under_glass_as_the_closed_form_says) {
     double found = 0;
     for (settings.seed = 0; settings.seed < kSeeds; ++settings.seed)
       found += mean_of(film_of(scene, merging(settings, 1)), 0, middle).mean / kSeeds;
-    // The standard deviation of one seed is 2.5 %, found from 200 seeds, whose mean is 0.7 % more than expected. The surroundings
-    // that the pane mirrors are 0.55 % of that.
+    // The standard deviation of one seed is 2.5 %, found from 200 seeds, whose mean is 0.7 % more
+    // than expected. The surroundings that the pane mirrors are 0.55 % of that.
     EXPECT_NEAR(found, expected, 0.03 * expected) << "opacity " << opacity;
     EXPECT_LT(mean_of(film_of(scene, with_light_paths(settings, 1)), 0, middle).mean, 0.01 * expected)
         << "nothing else finds this light; the pane mirrors some of its surroundings";
@@ -69,8 +71,9 @@ TEST(Merging, takes_no_more_memory_than_was_foreseen) {
 
 constexpr std::uint64_t kGenerations = 64, kLater = 8192;
 
-/// Light in the shadow of the card, over that beside the card, in some generations: the radius carries it over the edge.
-/// Four seeds are averaged: one has an error of a tenth in later generations, where the disc of a photon is small.
+/// Light in the shadow of the card, over that beside the card, in some generations: the radius
+/// carries it over the edge. Four seeds are averaged: one has an error of a tenth in later
+/// generations, where the disc of a photon is small.
 double leak_from(std::uint64_t first) {
   auto [scene, settings] = floor_under_glass(true);
   const std::uint64_t samples = photon_plan(merging(settings, 1)).samples;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light paths by way of rough glass and rough metal: they share the light of lamps with paths that meet these, and with
-// the light sampling of paths that meet rough targets.
+// Light paths by way of rough glass and rough metal: they share the light of lamps with paths that
+// meet these, and with the light sampling of paths that meet rough targets.
 #include "render/lights/light_path_scenes.h"
 
 namespace eikon::test {
@@ -133,7 +133,8 @@ TEST(RoughTargets, leave_a_furnace_at_one) {
   Settings settings = settings_for(16, 16, 512);
   settings.camera = look_at_camera({-0.5, 0.3, 0.9}, {0, -0.2, 0}, {0, 1, 0}, 1.2);
   settings.energy_compensation = true;
-  // Without light paths it is darker by what a microfacet model loses, too, if nothing compensates for it.
+  // Without light paths it is darker by what a microfacet model loses, too, if nothing compensates
+  // for it.
   EXPECT_TRUE(agree(mean_of(film_of(scene, with_light_paths(settings, 1))), mean_of(film_of(scene, settings)), 1));
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A coat has a normal of its own: that of the mesh, or of the coat's own map, in whatever way a map turns the normal of what lies below.
+// A coat has a normal of its own: that of the mesh, or of the coat's own map, in whatever way a map
+// turns the normal of what lies below.
 #include "render/materials/leaning_floor.h"
 
 namespace eikon::test {
@@ -36,7 +37,8 @@ TEST(CoatNormals, a_mirror_coat_of_a_leaning_map_loses_nothing_to_the_terminator
   }
 }
 
-/// Radiance towards the normal of a rough coat under a distant light of irradiance 1 across its rays. [Walter et al. 2007]
+/// Radiance towards the normal of a rough coat under a distant light of irradiance 1 across its
+/// rays. [Walter et al. 2007]
 double rough_coat_radiance(double alpha, double light_deg) {
   const double a2 = alpha * alpha, cos_i = std::cos(light_deg * kPi / 180), cos_h = std::cos(light_deg * kPi / 360);
   const double t = cos_h * cos_h * (a2 - 1) + 1, d = a2 / (kPi * t * t);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// --cull camera: camera rays pass the backs of single-sided surfaces as if these were not there, and no other ray does.
+// --cull camera: camera rays pass the backs of single-sided surfaces as if these were not there,
+// and no other ray does.
 #include "formula/parse.h"
 #include "pack/geometry/instanced_meshes.h"
 #include "render/materials/glass_builder.h"
@@ -18,8 +19,8 @@ Film culled_film(const Scene& scene, const Settings& settings, const Execution& 
   return film_of(scene, with(Culling::camera, settings), execution);
 }
 
-/// A floor of albedo 0.8, and under a sky of 1 a black lid of 2 m x 2 m, 1 m above it, whose back is on top. The camera above looks at
-/// the floor's middle, through the lid.
+/// A floor of albedo 0.8, and under a sky of 1 a black lid of 2 m x 2 m, 1 m above it, whose back
+/// is on top. The camera above looks at the floor's middle, through the lid.
 std::pair<Scene, Settings> floor_under_lid() {
   Scene scene;
   Primitive floor, lid;
@@ -102,7 +103,8 @@ TEST(Culling, changes_no_bit_where_no_back_is_seen) {
   EXPECT_TRUE(same_film(film_of(scene, settings), culled_film(scene, settings)));
 }
 
-/// What the camera sees of a quad that shows 1 and whose front is towards +Z before `place`, from `side` times `towards`.
+/// What the camera sees of a quad that shows 1 and whose front is towards +Z before `place`, from
+/// `side` times `towards`.
 double seen(const glm::dmat4& place, glm::dvec3 towards, double side, InstanceMode mode, std::size_t count) {
   Scene scene;
   Primitive quad;
@@ -216,7 +218,8 @@ TEST(Culling, behind_the_back_of_a_surface_by_formula_its_next_front_is_seen) {
   EXPECT_EQ(mean_of(culled_film(scene, settings)).mean, 3);
 }
 
-/// The room from outside, through walls whose backs are seen, with shapes that the camera is in or behind.
+/// The room from outside, through walls whose backs are seen, with shapes that the camera is in or
+/// behind.
 std::pair<Scene, Settings> room_from_outside() {
   auto [scene, settings] = room(40, 28, 8);
   settings.camera = look_at_camera({-2.5, 1.6, 2.2}, {0, 0, 0}, {0, 1, 0}, 0.8);

@@ -44,7 +44,8 @@ inline Camera beam(const glm::dvec3& eye, const glm::dvec3& target) {
   return camera;
 }
 
-/// A few samples of one beam, without roulette: delta surfaces alone give each sample the same value but for their choices.
+/// A few samples of one beam, without roulette: delta surfaces alone give each sample the same
+/// value but for their choices.
 inline Settings settings_for_beam(const glm::dvec3& eye, const glm::dvec3& target, std::uint64_t spp) {
   Settings settings = settings_for(4, 4, spp);
   settings.camera = beam(eye, target);

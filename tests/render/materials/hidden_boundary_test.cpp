@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Boundaries between solids that do not show are no events: no edge ends there, and no partial sum counts them.
+// Boundaries between solids that do not show are no events: no edge ends there, and no partial sum
+// counts them.
 #include "render/materials/glass_builder.h"
 
 namespace eikon::test {
 namespace {
 
 const Material kRankedWater = ranked(glass(1.333F, 0, true), 1);
-/// Lower than the water: inside of it nothing of them shows, however rough, coloured or dispersive they are.
+/// Lower than the water: inside of it nothing of them shows, however rough, coloured or dispersive
+/// they are.
 const Material kUnseen = [] {
   Material m = ranked(glass(1.7F, 0.4F, true), 0);
   m.base_color = {0.5F, 0.7F, 0.2F};
@@ -39,7 +41,8 @@ std::pair<Scene, Settings> furnace_in_water(bool with_unseen) {
   return {std::move(scene), settings};
 }
 
-// Every path carries 1, 1/2, 1/4, ... whatever its random numbers: with and without boundaries the sums have the same bits.
+// Every path carries 1, 1/2, 1/4, ... whatever its random numbers: with and without boundaries the
+// sums have the same bits.
 TEST(HiddenBoundaries, L10_the_partial_sums_of_a_furnace_have_the_same_bits_with_and_without_them) {
   auto [bare, settings] = furnace_in_water(false);
   auto [full, unused] = furnace_in_water(true);

@@ -19,7 +19,8 @@ inline Texture add_leaning_map(Scene& scene, double tilt_deg) {
   return texture;
 }
 
-/// A square of the plane y = 0 under a camera at this angle with its normal, on the side of +x. u grows along x.
+/// A square of the plane y = 0 under a camera at this angle with its normal, on the side of +x. u
+/// grows along x.
 inline std::pair<Scene, Settings> floor_of(const Material& material, double view_deg, std::uint64_t spp) {
   Scene scene;
   Primitive floor;

@@ -50,8 +50,7 @@ TEST(Materials, M12_smooth_glass_in_an_even_sky_cannot_be_seen) {
     Settings settings = settings_for(32, 32, 64);
     settings.camera = look_at_camera({0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 0.45);
     settings.environment.radiance = glm::vec3(1);
-    // Half a per cent of the paths stay within the facets for more than 64 edges. With roulette those that are left after hundreds of
-    // edges count thousands of times, and the samples of a test do not show their error.
+    // A few paths stay within the facets for hundreds of edges, and roulette would weigh them up.
     settings.roulette = 1;
     EXPECT_TRUE(agrees(mean_of(film_of(scene, settings)), 1, 2, 2e-5)) << (solid ? "solid" : "thin");
     settings.max_depth = 24;  // up to which roulette makes weights of 2.3 at most
@@ -141,7 +140,7 @@ TEST(Materials, M16_a_camera_in_a_medium_sees_a_thing_in_it_through_the_medium) 
     add_mesh(scene, "lamp", std::move(lamp), lambert(0, 3));
     const double z = camera_in_inner ? 0.75 : 4;
     const Film film = film_of(scene, settings_for_beam({0.01, 0.02, z}, {0.01, 0.02, 0}, 16));
-    // The inner ball's facet is a little nearer than 1 m; it is the medium up to there, and the outer one before.
+    // The inner ball's facet is a little nearer than 1 m.
     const double expected = camera_in_inner ? 3 * 0.25 : 3 * std::pow(0.5, 3) * std::pow(0.25, 1.25);
     EXPECT_NEAR(mean_of(film).mean, expected, (camera_in_inner ? 1e-5 : 0.01) * expected);
   }
@@ -191,8 +190,8 @@ TEST(Materials, snells_window_closes_at_48_6_degrees_for_water) {
     settings.max_depth = 2;
     return mean_of(film_of(scene, settings));
   };
-  // Through the window the sky; beyond it the mirror image of what is below, which here is the same sky. Radiance is n^2 times
-  // as large under water, so the two are told apart.
+  // Through the window the sky; beyond it the mirror image of what is below, which here is the same
+  // sky. Radiance is n^2 times as large under water, so the two are told apart.
   const double n = 1.333;
   EXPECT_TRUE(agrees(seen_at(0), n * n * (1 - std::pow((n - 1) / (n + 1), 2)) + std::pow((n - 1) / (n + 1), 2), 3));
   EXPECT_GT(seen_at(48.5).mean, 1.2);
@@ -306,7 +305,7 @@ Material flint(float dispersion) {
   return m;
 }
 
-// Straight into a prism, out of it through a face that is tilted by 30 degrees: sin(out) = n sin(30), with n = 1.4875, 1.5, 1.5125.
+// Out of a prism by a face tilted by 30 degrees: sin(out) = n sin(30), n = 1.4875, 1.5, 1.5125.
 TEST(Materials, a_prism_parts_red_green_and_blue_by_their_indices) {
   const double across[] = {4.5 * std::tan(std::asin(1.4875 / 2) - kPi / 6),
                            4.5 * std::tan(std::asin(1.5 / 2) - kPi / 6),
@@ -370,10 +369,11 @@ TEST(Materials, an_unlit_surface_shows_its_colour_and_lights_nothing) {
   EXPECT_EQ(mean_of(film_of(scene, settings)).mean, 0);
 }
 
-// Radiance inside glass is divided by the square of its index until it leaves. Roulette that went by it would end three of five of
-// these paths when they enter, for a variance of about 1. As it is, no event ends one before the eighth, and those from there on keep
-// 0.95 of them, q = 1 / 0.95 times as heavy. With r reflected at every crossing, squares of values inside before event d have the
-// mean w(d) = q(d) (r w(d + 1) + 1 - r), and v = q(1) (r + (1 - r) w(2)) outside.
+// Radiance inside glass is divided by the square of its index until it leaves. Roulette that went
+// by it would end three of five of these paths when they enter, for a variance of about 1. As it
+// is, no event ends one before the eighth, and those from there on keep 0.95 of them, q = 1 / 0.95
+// times as heavy. With r reflected at every crossing, squares of values inside before event d have
+// the mean w(d) = q(d) (r w(d + 1) + 1 - r), and v = q(1) (r + (1 - r) w(2)) outside.
 TEST(Glass, roulette_does_not_take_radiance_inside_glass_for_less_than_it_will_be) {
   Scene scene;
   Primitive box;
@@ -392,7 +392,7 @@ TEST(Glass, roulette_does_not_take_radiance_inside_glass_for_less_than_it_will_b
   double sum = 0;
   for (std::uint32_t y = 0; y < 64; ++y)
     for (std::uint32_t x = 0; x < 64; ++x) sum += 2 * film.variance_of_mean(x, y, 0);
-  // Half the squared difference of two samples is at most about 0.6; its deviation, at most 0.25, makes this four standard errors or more.
+  // Half the squared difference of two samples is at most about 0.6, with a deviation of 0.25.
   EXPECT_NEAR(sum / (64 * 64), variance, 4 * 0.25 / 64);
 }
 

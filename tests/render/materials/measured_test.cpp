@@ -39,7 +39,8 @@ constexpr std::uint32_t kSide = 16;
 const glm::dvec3 kLampCorner(-1, 3, -1);
 constexpr double kLampSide = 1.5;
 
-/// A ball under a white sky, which shows what it reflects of all light; or under a lamp alone, over a floor.
+/// A ball under a white sky, which shows what it reflects of all light; or under a lamp alone, over
+/// a floor.
 std::pair<Scene, Settings> ball_of(const Material& material, bool lamp_lit) {
   Scene scene;
   if (lamp_lit) {
@@ -69,10 +70,12 @@ struct Remainder {
   std::array<double, 3> error{}, value{};
 };
 
-/// Interpolation between samples at unit distance is off by at most an eighth of the second derivative, for each of three
-/// coordinates [the remainder of linear interpolation]; the second differences of the entries around give that derivative, with a
-/// factor of 2 for its change between neighbours (tests/kernels/bsdf/bsdf_measured_test.cpp holds every direction to that). At the ends of
-/// the table, and next to entries that no directions have, all of the largest value around counts.
+/// Interpolation between samples at unit distance is off by at most an eighth of the second
+/// derivative, for each of three coordinates [the remainder of linear interpolation]; the second
+/// differences of the entries around give that derivative, with a factor of 2 for its change
+/// between neighbours (tests/kernels/bsdf/bsdf_measured_test.cpp holds every direction to that). At
+/// the ends of the table, and next to entries that no directions have, all of the largest value
+/// around counts.
 Remainder remainder_of(const std::vector<float>& rgb, const glm::dvec3& wo, const glm::dvec3& wi) {
   const glm::dvec3 half = glm::normalize(wo + wi);
   const double sine = std::hypot(half.x, half.y);
@@ -112,8 +115,9 @@ Remainder remainder_of(const std::vector<float>& rgb, const glm::dvec3& wo, cons
   return r;
 }
 
-/// Of the lamp's light on what a window of pixels shows of the ball, the share that the table may misplace: the mean of the remainder over
-/// that of f, by the cosines and distances, over points of the ball and of the lamp. The ball is convex, and what the floor shows has met no table.
+/// Of the lamp's light on what a window of pixels shows of the ball, the share that the table may
+/// misplace: the mean of the remainder over that of f, by the cosines and distances, over points of
+/// the ball and of the lamp. The ball is convex, and what the floor shows has met no table.
 std::array<double, 3> lamp_resolution(const std::vector<float>& rgb, const Crop& window) {
   const glm::dvec3 back = glm::normalize(kEye), right = glm::normalize(glm::cross(glm::dvec3(0, 1, 0), back)),
                    up = glm::cross(back, right);
@@ -142,9 +146,9 @@ std::array<double, 3> lamp_resolution(const std::vector<float>& rgb, const Crop&
   return error;
 }
 
-// Radiance is linear in f. Under the sky each pixel is off by what bsdf_measured_test.cpp bounds for views from 2 degrees above it, |f - f'| over
-// the cosine-weighted hemisphere: 1 % of f. What the lamp alone lights is off by lamp_resolution, of which 6000 points know the mean
-// to a tenth.
+// Radiance is linear in f. Under the sky each pixel is off by what bsdf_measured_test.cpp bounds
+// for views from 2 degrees above it, |f - f'| over the cosine-weighted hemisphere: 1 % of f. What
+// the lamp alone lights is off by lamp_resolution, of which 6000 points know the mean to a tenth.
 constexpr double kSkyResolution = 0.01;
 
 TEST(MeasuredPictures, are_those_of_the_measured_materials_within_the_tables_resolution) {
@@ -179,7 +183,8 @@ TEST(MeasuredPictures, are_those_of_the_measured_materials_within_the_tables_res
               EXPECT_LT(std::hypot(a.sigma, b.sigma), 0.01 * a.mean) << "too few samples to tell";
               worst = std::max(worst, std::abs(a.mean - b.mean) / a.mean);
               if (lamp_lit) bounds.push_back(resolution);
-              // Found, and less than what is derived where light comes or goes at grazing angles: it tells when something changes.
+              // Found, and less than what is derived where light comes or goes at grazing angles:
+              // it tells when something changes.
               EXPECT_NEAR(b.mean, a.mean, z_bound(kComparisons) * std::hypot(a.sigma, b.sigma) + 0.01 * a.mean);
             }
           }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Solids inside, across and against each other, by priority, in scenes of known answer. Judged at significance 1 % per test.
+// Solids inside, across and against each other, by priority, in scenes of known answer. Judged at
+// significance 1 % per test.
 #include <algorithm>
 #include <functional>
 #include <random>
@@ -148,7 +149,8 @@ TEST(NestedMedia, M16_solids_across_and_against_each_other_neither_make_nor_lose
       const Film film = film_of(scene, settings, in_lanes(wide));
       const std::string what = std::string(arrangement.name) + (wide ? ", lanes" : ", queues");
       EXPECT_TRUE(agrees(mean_of(film), 1, 2 * int(arrangements().size()), 1e-4)) << what;
-      // Every sample is 1 but for rounding; where one channel is chosen of three, three times 1 or nothing.
+      // Every sample is 1 but for rounding; where one channel is chosen of three, three times 1 or
+      // nothing.
       const bool disperses = scene.materials[0].dispersion > 0;
       for (std::uint32_t y = 0; y < 16 && !disperses; ++y)
         for (std::uint32_t x = 0; x < 16; ++x)
@@ -223,8 +225,9 @@ TEST(NestedMedia, M15_light_falls_off_by_what_the_highest_solid_absorbs_over_its
   for (const Case& c : cases) EXPECT_NEAR(radiance(c.build), c.expected, 1e-5 * c.expected) << c.name;
 }
 
-// Of two layers that overlap by half a metre the higher has it: the beam is shifted by the sum of d tan(angle), with
-// n sin(angle) the same in all. A lamp whose edge is 2 mm before or behind that place is seen or not.
+// Of two layers that overlap by half a metre the higher has it: the beam is shifted by the sum of d
+// tan(angle), with n sin(angle) the same in all. A lamp whose edge is 2 mm before or behind that
+// place is seen or not.
 TEST(NestedMedia, refraction_through_a_stack_is_Snells) {
   constexpr double kAngle = 0.7;
   const auto tangent = [&](double index) { return std::tan(std::asin(std::sin(kAngle) / index)); };
@@ -278,7 +281,8 @@ TEST(NestedMedia, a_bubble_in_glass_reflects_all_beyond_the_critical_angle) {
   EXPECT_NEAR(mirrored(kGlass, glass(0, 0, true), 0.3, 64).mean, 1, 1e-5);  // an index that stands for a mirror's
 }
 
-// Of one index, a boundary changes nothing however rough it is; hidden ones do not scatter, whatever they are.
+// Of one index, a boundary changes nothing however rough it is; hidden ones do not scatter,
+// whatever they are.
 TEST(NestedMedia, what_does_not_show_scatters_nothing) {
   Scene scene;
   add_lamp(scene);

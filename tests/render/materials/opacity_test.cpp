@@ -13,7 +13,8 @@ Material in_part(AlphaMode mode, float opacity, glm::vec3 albedo = glm::vec3(0),
 }
 Material blend(float opacity) { return in_part(AlphaMode::blend, opacity); }
 
-/// `count` parallel quads of one material between z = -3 and z = -2, which fill the view of a camera at the origin.
+/// `count` parallel quads of one material between z = -3 and z = -2, which fill the view of a
+/// camera at the origin.
 Scene layers(std::uint32_t count, const Material& material) {
   Scene scene;
   Primitive quads;
@@ -82,7 +83,8 @@ TEST(Opacity, of_one_layer_costs_less_noise_than_random_decisions) {
   }
 }
 
-/// The square light 1 m above the floor, seen from just above the floor, under `count` layers of `material`.
+/// The square light 1 m above the floor, seen from just above the floor, under `count` layers of
+/// `material`.
 std::pair<Scene, Settings> light_behind(std::uint32_t count, const Material& material, LightSampling sampling,
                                         std::uint64_t spp) {
   Scene scene = square_light();
@@ -137,7 +139,8 @@ TEST(Opacity, comes_from_textures_and_vertex_colours) {
   const Settings settings = in_white(16, 64);
   Scene scene = layers(1, blend(0.8F));
   Primitive& quad = scene.meshes[0].primitives[0];
-  // Opacity 0 at the left edge of the view to 1 at the right: the camera sees x from -w to w at z = -2.
+  // Opacity 0 at the left edge of the view to 1 at the right: the camera sees x from -w to w at z =
+  // -2.
   const float w = 2 * std::tan(0.5F * float(settings.camera.yfov_rad));
   for (const glm::vec3& p : quad.positions_object) quad.colors.emplace_back(1, 1, 1, 0.5F + 0.5F * p.x / w);
   for (glm::vec4& c : quad.colors) ASSERT_TRUE(std::isfinite(c.w));
@@ -146,7 +149,8 @@ TEST(Opacity, comes_from_textures_and_vertex_colours) {
     const double middle = (x + 0.5) / 16;
     EXPECT_TRUE(agrees(mean_of(graded, 0, {x, 0, x + 1, 16}), 1 - double(0.8F) * middle, 4)) << x;
   }
-  // A checkerboard of holes: each pixel is all or nothing, by the >= of codes, and sRGB does not touch alpha.
+  // A checkerboard of holes: each pixel is all or nothing, by the >= of codes, and sRGB does not
+  // touch alpha.
   quad.colors.clear();
   Material& material = scene.materials[0];
   material.alpha_mode = AlphaMode::mask;
@@ -170,7 +174,8 @@ TEST(Opacity, blend_where_nothing_passes_is_opaque) {
   EXPECT_TRUE(same_film(film_of(opaque, settings), film_of(blended, settings)));
 }
 
-/// The room with foliage in it: random leaves with holes, a veil, tinted panes, a lamp that is there in part.
+/// The room with foliage in it: random leaves with holes, a veil, tinted panes, a lamp that is
+/// there in part.
 std::pair<Scene, Settings> foliage(std::uint32_t leaves) {
   auto [scene, settings] = room(31, 21, 8);
   scene.images.push_back({"leaf", 4, 4, {}});

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Paths that hit surfaces of one class are shaded together: on chunks they wait until there are enough of them, and devices with
-// queues have a stage for each class. None is lost, and the bits do not tell which went together.
+// Paths that hit surfaces of one class are shaded together: on chunks they wait until there are
+// enough of them, and devices with queues have a stage for each class. None is lost, and the bits
+// do not tell which went together.
 
 #include "pack/features.h"
 #include "pack/materials/material_traits.h"

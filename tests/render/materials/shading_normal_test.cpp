@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shading normals in whole images: they bend what is seen, but make no light, let none through walls, and blacken no edge.
+// Shading normals in whole images: they bend what is seen, but make no light, let none through
+// walls, and blacken no edge.
 #include <random>
 
 #include "render/scene_builder.h"
@@ -37,7 +38,8 @@ Material metal(float albedo) {
   return material;
 }
 
-/// A coarse ball: its smooth normals are up to 20 degrees off, and dip below the triangles at the silhouette.
+/// A coarse ball: its smooth normals are up to 20 degrees off, and dip below the triangles at the
+/// silhouette.
 Scene ball(Material material, bool mapped) {
   Scene scene;
   Primitive primitive = sphere({0, 0, 0}, 1, 4, false, true);
@@ -70,11 +72,13 @@ TEST(ShadingNormals, M19_no_sample_of_a_white_ball_is_brighter_than_the_sky_arou
 }
 
 TEST(ShadingNormals, a_silhouette_has_no_black_pixel) {
-  // What a white metal must keep: usable_normal leaves the mirror direction above the face, so at least half of the lobe around
-  // it; single scattering of a flat metal of roughness 0.3 keeps 0.88 or more of that at any view (0.95 at 0.05); the terminator
-  // takes 0.09 of it at most, glossy_terminator. Together 0.4. The share of 256 samples that leave, each all or nothing, has a
-  // deviation of 0.031: 0.25 is 4.9 of them below, which in the 1500 pixels of the ball happens once in a thousand such tests.
-  // With the whole fade on reflections it was 0.02 for the sharpest here. Lambert keeps more.
+  // What a white metal must keep: usable_normal leaves the mirror direction above the face, so at
+  // least half of the lobe around it; single scattering of a flat metal of roughness 0.3 keeps 0.88
+  // or more of that at any view (0.95 at 0.05); the terminator takes 0.09 of it at most,
+  // glossy_terminator. Together 0.4. The share of 256 samples that leave, each all or nothing, has
+  // a deviation of 0.031: 0.25 is 4.9 of them below, which in the 1500 pixels of the ball happens
+  // once in a thousand such tests. With the whole fade on reflections it was 0.02 for the sharpest
+  // here. Lambert keeps more.
   std::vector<Material> materials{lambert(1)};
   for (const float roughness : {0.0F, 0.05F, 0.3F}) {
     materials.push_back(metal(1));
@@ -116,7 +120,8 @@ TEST(ShadingNormals, M19_mapped_walls_let_no_light_into_a_closed_box) {
 }
 
 TEST(ShadingNormals, G22_brightness_is_continuous_where_a_coarse_ball_turns_from_a_light) {
-  // A small bright light far to the side; along the equator the ball turns away from it. Flat shading falls in 16 steps.
+  // A small bright light far to the side; along the equator the ball turns away from it. Flat
+  // shading falls in 16 steps.
   Scene scene = ball(lambert(1), false);
   Primitive lamp;
   add_quad(lamp, {100, -5, 5}, {0, 0, -10}, {0, 10, 0});

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// KHR_materials_specular on glass that refracts: how much it reflects changes, and where light goes does not. Judged at
-// significance 1 % per test.
+// KHR_materials_specular on glass that refracts: how much it reflects changes, and where light goes
+// does not. Judged at significance 1 % per test.
 #include "render/lights/light_path_scenes.h"
 #include "render/materials/glass_builder.h"
 

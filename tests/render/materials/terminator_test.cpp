@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The terminator of shading normals is hidden on what a surface scatters widely, and not on its mirror images (kernels/bsdf/terminator.h).
+// The terminator of shading normals is hidden on what a surface scatters widely, and not on its
+// mirror images (kernels/bsdf/terminator.h).
 #include "render/materials/leaning_floor.h"
 
 namespace eikon::test {
@@ -27,7 +28,8 @@ Material plastic(float albedo, float roughness) {
   return material;
 }
 
-/// Radiance of a floor under a sun of irradiance 1 across its rays. view, light: angles with the floor's normal, towards +x, radians.
+/// Radiance of a floor under a sun of irradiance 1 across its rays. view, light: angles with the
+/// floor's normal, towards +x, radians.
 double radiance(const Material& material, double view, double light, double lean_deg) {
   auto [scene, settings] = floor_of(material, view * 180 / kPi, 16);
   if (lean_deg != 0) {
@@ -43,7 +45,8 @@ double radiance(const Material& material, double view, double light, double lean
   return mean_of(film_of(scene, settings)).mean;
 }
 
-/// The radiance of a floor that a map leans, over that of a flat one with the same angles between its normal, the view and the sun.
+/// The radiance of a floor that a map leans, over that of a flat one with the same angles between
+/// its normal, the view and the sun.
 double kept(const Material& material, double light_deg, double lean_deg) {
   const double view = radians(10), light = radians(light_deg), lean = lean_in_map(lean_deg);
   return radiance(material, view, light, lean_deg) / radiance(material, view - lean, light - lean, 0);
@@ -73,7 +76,8 @@ TEST(Terminator, fades_all_of_a_diffuse_base) {
   for (const double light_deg : {30.0, 60.0, 75.0}) {
     const double fade = terminator_factor(radians(light_deg), lean_in_map(kLeanDeg));
     EXPECT_NEAR(kept(lambert(0.5F), light_deg, kLeanDeg), fade, 0.01) << "Lambert, " << light_deg;
-    // The highlight is so narrow that it does not reach the camera, and the base is all that is seen.
+    // The highlight is so narrow that it does not reach the camera, and the base is all that is
+    // seen.
     EXPECT_NEAR(kept(plastic(0.5F, 0.1F), light_deg, kLeanDeg), fade, 0.01) << "plastic, " << light_deg;
   }
 }

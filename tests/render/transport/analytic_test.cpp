@@ -62,7 +62,8 @@ TEST(Analytic, N10_roulette_changes_no_mean) {
     double expected;
     std::uint32_t roulette_depth, max_depth;
   };
-  // Survival of 0.95 at most: above an albedo of sqrt(0.95) the variance has no bound, so there roulette comes late and paths end.
+  // Survival of 0.95 at most: above an albedo of sqrt(0.95) the variance has no bound, so there
+  // roulette comes late and paths end.
   const double longest = (1 - std::pow(0.99, 400)) / 0.01;
   for (const Case& c : {Case{0.8F, 5, 1, 0}, Case{0.8F, 5, 4, 0}, Case{0.8F, 5, 40, 0}, Case{0.95F, 20, 4, 0},
                         Case{0.99F, longest, 300, 400}}) {
@@ -92,7 +93,8 @@ TEST(Analytic, N1_as_dim_and_as_bright_as_it_gets) {
   }
 }
 
-/// Sphere of albedo `albedo` seen from inside, whose faces that `is_patch` chooses by their middle emit 1.
+/// Sphere of albedo `albedo` seen from inside, whose faces that `is_patch` chooses by their middle
+/// emit 1.
 Scene integrating_sphere(float albedo, glm::vec3 towards, float cos_cap, double& flux, double& area) {
   const Primitive whole = sphere({0, 0, 0}, 1, 48, true);
   Primitive wall, patch;
@@ -173,7 +175,8 @@ TEST(Analytic, L13_smooth_normals_do_not_darken_a_furnace_beyond_what_leaks_belo
 }
 
 TEST(Analytic, N16_closed_box_absorbs_what_it_emits) {
-  // From the middle of a cube a square field of view of 90 degrees shows one wall, every part of it as large as it is.
+  // From the middle of a cube a square field of view of 90 degrees shows one wall, every part of it
+  // as large as it is.
   const double albedo[6] = {0.2, 0.7, 0.5, 0.9, 0.3, 0.6};  // -x +x -y +y -z +z; +y emits
   Scene scene;
   for (int i = 0; i < 6; ++i) {
@@ -203,7 +206,8 @@ TEST(Analytic, N16_closed_box_absorbs_what_it_emits) {
 }
 
 TEST(Analytic, L16_fifty_thousand_lights_of_powers_twenty_decades_apart) {
-  // A ceiling of small triangles over a point; the answer is Lambert's formula, triangle by triangle, in double.
+  // A ceiling of small triangles over a point; the answer is Lambert's formula, triangle by
+  // triangle, in double.
   constexpr int side = 160, kinds = 41;
   Scene scene;
   std::vector<Primitive> parts(kinds);

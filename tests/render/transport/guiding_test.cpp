@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Path guiding: the same mean whatever the table says, the same bits however the work is cut, and less error where
-// light comes through a small opening.
+// Path guiding: the same mean whatever the table says, the same bits however the work is cut, and
+// less error where light comes through a small opening.
 #include <algorithm>
 #include <random>
 
@@ -20,7 +20,8 @@ std::pair<Scene, Settings> guided_room(std::uint32_t width, std::uint32_t height
   return made;
 }
 
-/// A box of white walls under a sky that comes in through a window of a fiftieth of a wall, and a camera in the box.
+/// A box of white walls under a sky that comes in through a window of a fiftieth of a wall, and a
+/// camera in the box.
 std::pair<Scene, Settings> box_with_window(std::uint64_t spp) {
   Scene scene;
   Primitive walls;
@@ -82,7 +83,8 @@ TEST(Guiding, is_off_and_says_so_where_its_tables_do_not_fit) {
   Execution execution;
   execution.layout = "bvh8", execution.lanes = 8, execution.chunked = true, execution.unit_paths = 1U << 14;
   EXPECT_GT(output_of(scene, settings, execution).report.pilot.roulette_depth, 0U) << "there is room";
-  // Room for the render as it is without guiding, and for a pilot of smaller units, but not for the tables.
+  // Room for the render as it is without guiding, and for a pilot of smaller units, but not for the
+  // tables.
   const Features features(scene, settings);
   PackedScene packed = pack_scene(scene, features, settings);
   add_accel(packed, "bvh", "bvh8", 1);
@@ -232,8 +234,8 @@ TEST(Guiding, lamps_seen_through_glass_keep_the_mean) {
   EXPECT_TRUE(agree(mean_of(guided.film), expected, 1));
 }
 
-// Light sampling leaves next to no noise on the floor, so guiding can but lose there, up to eightfold. The floor lights nothing
-// else, which the pilot sees at once.
+// Light sampling leaves next to no noise on the floor, so guiding can but lose there, up to
+// eightfold. The floor lights nothing else, which the pilot sees at once.
 TEST(Guiding, a_square_light_over_a_floor_is_left_alone) {
   const Scene scene = load_shipped("square_light.gltf");
   for (const std::uint64_t paths : {1U << 15, 1U << 17, 1U << 19}) {

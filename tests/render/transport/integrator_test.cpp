@@ -21,7 +21,8 @@ Material clear_glass() {
   return m;
 }
 
-/// A diffuse floor seen directly, in a mirror, and through a ball of glass, lit by a bulb that no ray can meet.
+/// A diffuse floor seen directly, in a mirror, and through a ball of glass, lit by a bulb that no
+/// ray can meet.
 std::pair<Scene, Settings> still_life(float albedo) {
   Scene scene;
   Primitive floor, mirror;
@@ -43,8 +44,8 @@ std::pair<Scene, Settings> still_life(float albedo) {
 }
 
 TEST(Whitted, is_the_path_of_one_diffuse_vertex_seen_through_mirrors_and_glass) {
-  // Light that met the floor k times has the factor albedo^k: of so dark a floor only k = 1 is left, and both integrators
-  // follow the same rays there.
+  // Light that met the floor k times has the factor albedo^k: of so dark a floor only k = 1 is
+  // left, and both integrators follow the same rays there.
   constexpr float kDark = 0x1p-14F;
   auto [scene, settings] = still_life(kDark);
   const Film path = film_of(scene, settings);
@@ -53,7 +54,8 @@ TEST(Whitted, is_the_path_of_one_diffuse_vertex_seen_through_mirrors_and_glass) 
   int lit = 0;
   for (std::uint32_t i = 0; i < 40 * 30; ++i) {
     const double expected = path.mean(i % 40, i / 40, 0), found = whitted.mean(i % 40, i / 40, 0);
-    // Where only light is that met the floor twice, the path tracer sees kDark^2 of some radiance below 10.
+    // Where only light is that met the floor twice, the path tracer sees kDark^2 of some radiance
+    // below 10.
     ASSERT_NEAR(found, expected, 2e-3 * expected + 10 * double(kDark) * double(kDark)) << i % 40 << ',' << i / 40;
     lit += found > 0 ? 1 : 0;
   }
@@ -130,8 +132,9 @@ TEST(LightSamples, of_many_lights_divide_the_variance_and_keep_the_mean) {
     settings.light_samples = count;
     settings.seed = count;
     const Film several = film_of(scene, settings);
-    // The variance of 400 pixels, a degree of freedom each, is known to about a tenth; samples of one vertex share out the
-    // lights, which makes it fall faster than 1 / N rather than more slowly.
+    // The variance of 400 pixels, a degree of freedom each, is known to about a tenth; samples of
+    // one vertex share out the lights, which makes it fall faster than 1 / N rather than more
+    // slowly.
     const double ratio = noise_of(one) / noise_of(several);
     EXPECT_GT(ratio, 0.75 * count) << count;
     EXPECT_LT(ratio, 6.0 * count) << count;

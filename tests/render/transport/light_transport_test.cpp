@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ways of finding light differ in variance alone; error falls as it should, and the image knows its own.
+// Ways of finding light differ in variance alone; error falls as it should, and the image knows its
+// own.
 #include "film/exr/film_file.h"
 #include "image/image.h"
 #include "render/scene_builder.h"
@@ -113,7 +114,8 @@ TEST(LightTransport, the_predicted_error_is_the_error) {
     }
   }
   // The variance is unbiased; relMSE also estimates its denominator, which 16 samples know poorly.
-  // The standard deviation of this ratio is .07 for 40 seeds, as some paths are much brighter than others.
+  // The standard deviation of this ratio is .07 for 40 seeds, as some paths are much brighter than
+  // others.
   EXPECT_NEAR(variance / square_error, 1, 0.05);
   EXPECT_NEAR(predicted / found, 1, 0.15);
 }

@@ -29,8 +29,8 @@ Settings from_above(std::uint32_t pixels, std::uint64_t spp, double side) {
 }
 
 TEST(MotionBlur, what_moves_evenly_leaves_an_even_streak) {
-  // A strip .25 m wide goes 1 m from left to right: it covers a point between for a quarter of the time, and less evenly
-  // towards both ends.
+  // A strip .25 m wide goes 1 m from left to right: it covers a point between for a quarter of the
+  // time, and less evenly towards both ends.
   const Scene scene = exposed([](double t) {
     Scene at;
     Primitive strip;
@@ -75,7 +75,8 @@ TEST(MotionBlur, a_disc_that_spins_shows_the_mean_of_each_ring) {
   const Film film = film_of(scene, from_above(32, 256, 2));
   for (const Crop& window : {Crop{4, 14, 8, 18}, Crop{10, 10, 13, 13}, Crop{16, 3, 20, 6}, Crop{22, 20, 26, 24}})
     EXPECT_TRUE(agrees(mean_of(film, 0, window), 0.5, 4, 1e-3)) << window.x0;
-  // A quarter of a turn: points that the bright half sweeps have the share of the time that it is over them.
+  // A quarter of a turn: points that the bright half sweeps have the share of the time that it is
+  // over them.
   const Scene quarter = exposed([](double t) { return half_disc(kPi / 2 * t); });
   const Film swept = film_of(quarter, from_above(32, 256, 2));
   EXPECT_TRUE(agrees(mean_of(swept, 0, {9, 4, 11, 6}), 1, 4, 1e-3));  // up and left
@@ -158,7 +159,8 @@ TEST(MotionBlur, a_lamp_that_moves_lights_by_the_integral_over_time) {
 }
 
 TEST(MotionBlur, a_spot_that_turns_lights_for_the_time_that_its_cone_holds_the_point) {
-  // The axis turns from 0 to 40 degrees within 32 steps; the cone of 20 degrees, without a soft rim, leaves half way.
+  // The axis turns from 0 to 40 degrees within 32 steps; the cone of 20 degrees, without a soft
+  // rim, leaves half way.
   const Scene scene = exposed(
       [&](double t) {
         Scene at = floor_of_paper();
@@ -173,7 +175,8 @@ TEST(MotionBlur, a_spot_that_turns_lights_for_the_time_that_its_cone_holds_the_p
         return at;
       },
       32);
-  // KHR_lights_punctual has a rim of .001 in the cosine at least, where the square of what is left of it is passed: a third of the light.
+  // KHR_lights_punctual has a rim of .001 in the cosine at least, where the square of what is left
+  // of it is passed: a third of the light.
   const double rim = 0.001 / std::sin(kPi / 9), lit = 0.5 - 2.0 / 3 * rim / (kPi / 4.5);
   EXPECT_TRUE(agrees(mean_of(film_of(scene, at_the_origin(1024))), lit * 0.5 / kPi, 1, 5e-4));
 }

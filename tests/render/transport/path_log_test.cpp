@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The log of a pilot's paths tells of all the light that they bring: where surfaces are grey, so that luminances
-// may be multiplied, what it says adds up to what each path brought to its pixel.
+// The log of a pilot's paths tells of all the light that they bring: where surfaces are grey, so
+// that luminances may be multiplied, what it says adds up to what each path brought to its pixel.
 #include "render/lights/light_path_scenes.h"
 #include "render/pilot/pilot_picture.h"
 
@@ -56,8 +56,8 @@ std::size_t expect_that_logs_add_up(const Scene& scene, Settings settings) {
   return lit;
 }
 
-/// A closed room with a lamp and an absorbing block in front of it. In another block are a matte ball and a lamp, so that
-/// light is emitted, met and sampled at the end of edges through a medium.
+/// A closed room with a lamp and an absorbing block in front of it. In another block are a matte
+/// ball and a lamp, so that light is emitted, met and sampled at the end of edges through a medium.
 std::pair<Scene, Settings> room_of_smoky_glass() {
   Scene scene = closed_room_with_lamp();
   make_grey(scene);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The binary tree from which layouts are made: as built, improved by reinsertion, and refitted to triangles that moved.
+// The binary tree from which layouts are made: as built, improved by reinsertion, and refitted to
+// triangles that moved.
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>

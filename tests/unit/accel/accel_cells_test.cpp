@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Grids, octrees, kd-trees and BSP trees: nothing is left out of a cell that it is in, held against whole numbers; the same arrays for any
-// number of threads; bounded lists, whatever the triangles.
+// Grids, octrees, kd-trees and BSP trees: nothing is left out of a cell that it is in, held against
+// whole numbers; the same arrays for any number of threads; bounded lists, whatever the triangles.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -25,7 +25,8 @@ WholeVector cross(const WholeVector& a, const WholeVector& b) {
 }
 Whole dot(const WholeVector& a, const WholeVector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-/// Whether triangle and box (both closed) share a point: exactly, by all 13 axes that can part them.
+/// Whether triangle and box (both closed) share a point: exactly, by all 13 axes that can part
+/// them.
 bool overlap(const std::array<WholeVector, 3>& p, const WholeVector& lo, const WholeVector& hi) {
   std::vector<WholeVector> axes{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, cross(minus(p[1], p[0]), minus(p[2], p[0]))};
   for (std::size_t edge = 0; edge < 3; ++edge)
@@ -42,7 +43,8 @@ bool overlap(const std::array<WholeVector, 3>& p, const WholeVector& lo, const W
   return true;
 }
 
-/// Random triangles of small whole numbers, in which touching is common; `scale` and `shift` are exact in floats.
+/// Random triangles of small whole numbers, in which touching is common; `scale` and `shift` are
+/// exact in floats.
 struct WholeTriangles {
   std::vector<std::array<WholeVector, 3>> corners;
   Soup soup;

@@ -27,7 +27,8 @@ float moved_by(float a, float way, float share, Sum sum) {
 /// The way of a coordinate in kernels/surface/motion.h.
 float moved(float a, float b, float share) { return moved_by(a, b - a, share, Sum::of_product); }
 
-/// Small triangles far from the origin, of which two of three go some way, in no order; the others are in no tree.
+/// Small triangles far from the origin, of which two of three go some way, in no order; the others
+/// are in no tree.
 struct Swarm {
   std::vector<float> moving, soup;
   std::vector<std::uint32_t> motion;

@@ -77,7 +77,8 @@ TEST(Quantised, random_boxes_are_held_at_every_scale_and_place) {
 TEST(Quantised, boxes_of_one_float_and_of_the_next_are_held) {
   std::mt19937 random(2);
   for (int round = 0; round < 20'000; ++round) {
-    // Any finite float and what lies up to some hundred floats above it: most steps round to nothing.
+    // Any finite float and what lies up to some hundred floats above it: most steps round to
+    // nothing.
     std::vector<Box> boxes(4);
     for (int axis = 0; axis < 3; ++axis) {
       float x = std::bit_cast<float>(static_cast<std::uint32_t>(random()));

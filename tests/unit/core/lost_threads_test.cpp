@@ -10,7 +10,8 @@
 namespace eikon {
 namespace {
 
-/// Ends as Python does: by exit(), which comes to the destructors of a driver that was loaded before.
+/// Ends as Python does: by exit(), which comes to the destructors of a driver that was loaded
+/// before.
 [[noreturn]] void exit_with_a_driver(bool is_lost) {
   (void)std::atexit([] { std::fputs("destructors\n", stderr); });
   std::fputs("begin\n", stderr);

@@ -13,7 +13,8 @@ namespace {
 
 using Call = Fault::Call;
 
-/// Whether the launch that begins a unit of so many paths fails; the unit's second launch never does.
+/// Whether the launch that begins a unit of so many paths fails; the unit's second launch never
+/// does.
 bool unit_fails(Fault& fault, std::uint64_t paths = 1000) {
   fault.begin_unit(paths);
   const bool fails = fault.at(Call::launch) != CL_SUCCESS;

@@ -78,7 +78,8 @@ PixelModel normal(double mean, double deviation) {
           [=](std::mt19937_64& random) { return std::normal_distribution<double>(mean, deviation)(random); }};
 }
 
-/// Like light that arrives by few of the samples: log-normal, so variance and skewness grow together with sigma.
+/// Like light that arrives by few of the samples: log-normal, so variance and skewness grow
+/// together with sigma.
 PixelModel log_normal(double mean, double sigma) {
   const double mu = std::log(mean) - sigma * sigma / 2;
   return {mean, mean * mean * std::expm1(sigma * sigma),
@@ -118,8 +119,9 @@ TEST(PredictedError, is_within_15_percent_when_pixels_have_nothing_to_do_with_th
   EXPECT_NEAR(c.mean_ratio, 1, 0.15);
 }
 
-// Samples with a standard deviation of 2.9 and 7.3 times their mean: the interval covers 90 and 72 %, because some runs have not
-// met the outliers that carry the error. The prediction on average is right to 4 and 16 %.
+// Samples with a standard deviation of 2.9 and 7.3 times their mean: the interval covers 90 and 72
+// %, because some runs have not met the outliers that carry the error. The prediction on average is
+// right to 4 and 16 %.
 TEST(PredictedError, heavy_tails_cost_coverage_but_little_bias) {
   const Coverage skewed = measure([](auto x, auto y) { return log_normal(gradient(x, y), 1.5); }, 24, 2, 16, 5);
   EXPECT_GT(skewed.covered, 0.78);
@@ -129,7 +131,8 @@ TEST(PredictedError, heavy_tails_cost_coverage_but_little_bias) {
   EXPECT_NEAR(heavy.mean_ratio, 1, 0.2);
 }
 
-// Neighbours tell the expectation well here, so the interval is not much wider than the scatter of the pixels makes it, which is .08.
+// Neighbours tell the expectation well here, so the interval is not much wider than the scatter of
+// the pixels makes it, which is .08.
 TEST(PredictedError, of_much_noise_without_edges_has_a_narrow_interval) {
   const auto noise = [](auto, auto) -> PixelModel { return {1, 4, std::gamma_distribution<double>(0.25, 4)}; };
   const Coverage c = measure(noise, 48, 2, 8, 6);
@@ -137,7 +140,8 @@ TEST(PredictedError, of_much_noise_without_edges_has_a_narrow_interval) {
   EXPECT_LT(c.width, 0.15);
 }
 
-/// A dark disc before a bright sky, both without noise; the sky is seen through a part of the pixels at its edge.
+/// A dark disc before a bright sky, both without noise; the sky is seen through a part of the
+/// pixels at its edge.
 PixelModel silhouette(std::uint32_t x, std::uint32_t y) {
   const double distance = std::hypot(x - 11.5, y - 11.5), sky = std::clamp(distance - 8, 0.0, 1.0);
   return {0.2 + 0.8 * sky, 0.64 * sky * (1 - sky), [=](std::mt19937_64& random) {
@@ -145,8 +149,9 @@ PixelModel silhouette(std::uint32_t x, std::uint32_t y) {
           }};
 }
 
-// The neighbours of a pixel at the edge are the disc or the sky, and their mean says little of its expectation: with four samples the
-// prediction is 1.6 times the error. The interval held the truth in 54 % of runs, and now in 72 %.
+// The neighbours of a pixel at the edge are the disc or the sky, and their mean says little of its
+// expectation: with four samples the prediction is 1.6 times the error. The interval held the truth
+// in 54 % of runs, and now in 72 %.
 TEST(PredictedError, N15_the_interval_covers_the_truth_at_silhouettes_of_few_samples) {
   for (const int samples : {1, 2, 8}) {
     SCOPED_TRACE(samples);
@@ -164,8 +169,8 @@ PixelModel at_a_lamp(std::uint32_t x, std::uint32_t y) {
           }};
 }
 
-// The edge of a lamp was taken for outliers on the wall: the prediction was 21, 28 and 4 times the error. Without what was not met
-// of it, it would be too low at few samples.
+// The edge of a lamp was taken for outliers on the wall: the prediction was 21, 28 and 4 times the
+// error. Without what was not met of it, it would be too low at few samples.
 TEST(PredictedError, of_the_edges_of_lamps_is_that_of_bright_pixels) {
   EXPECT_NEAR(measure(at_a_lamp, 24, 2, 2, 8).mean_ratio, 1, 0.15);
   EXPECT_NEAR(measure(at_a_lamp, 24, 2, 8, 8).mean_ratio, 1, 0.15);
@@ -211,8 +216,8 @@ TEST(PredictedError, of_outliers_is_that_of_their_surroundings) {
   EXPECT_GT(few.covered, 0.85);
 }
 
-// A lamp in every 32nd pixel, which covers any part of it, and four times as many outliers: the lamps that both samples of a pixel
-// hit say how few of the other bright pixels have one.
+// A lamp in every 32nd pixel, which covers any part of it, and four times as many outliers: the
+// lamps that both samples of a pixel hit say how few of the other bright pixels have one.
 TEST(PredictedError, of_few_lamps_among_many_outliers_has_both_ends) {
   const Model model = [](std::uint32_t x, std::uint32_t y) {
     std::mt19937 random(x * 977 + y);
@@ -240,7 +245,8 @@ TEST(PredictedError, of_a_picture_in_which_nothing_was_found_has_no_upper_end) {
 }
 
 TEST(PredictedError, is_the_closed_form_when_noise_is_small) {
-  // Two replicates at mu +- d have the variance of the mean d^2: T = d^2 / (mu^2 + eps), and every pixel says the same.
+  // Two replicates at mu +- d have the variance of the mean d^2: T = d^2 / (mu^2 + eps), and every
+  // pixel says the same.
   Film film(small_layout(8, 8));
   for (std::uint32_t y = 0; y < 8; ++y)
     for (std::uint32_t x = 0; x < 8; ++x)

@@ -84,7 +84,8 @@ TEST(Film, every_number_is_rounded_as_the_compiler_rounds_it) {
 }
 
 TEST(Film, rows_have_the_bits_of_their_pixels) {
-  // Samples of each replicate: the same power of two, the same odd number, none, and different ones.
+  // Samples of each replicate: the same power of two, the same odd number, none, and different
+  // ones.
   for (const int kind : {0, 1, 2, 3})
     for (const std::uint32_t replicates : {1U, 2U, 4U}) {
       const FilmLayout layout = small_layout(19, 3, replicates);
@@ -142,7 +143,8 @@ TEST(Film, means_are_correctly_rounded_quotients_of_integers) {
               std::ldexp(static_cast<double>(numerator) / static_cast<double>(count), shift - 64))
         << numerator << " << " << shift << " / " << count;
   }
-  // The tie 2^53 + 1 goes to the even side, its neighbours to theirs, for a divisor that is no power of two.
+  // The tie 2^53 + 1 goes to the even side, its neighbours to theirs, for a divisor that is no
+  // power of two.
   const int128 tie = ((int128{1} << 53) + 1) * 48;
   EXPECT_EQ(to_mean(tie - 1, 48), std::ldexp(0x1p53, -64));
   EXPECT_EQ(to_mean(tie, 48), std::ldexp(0x1p53, -64));

@@ -31,7 +31,8 @@ using test::small_layout;
 using test::TemporaryFolder;
 
 TEST(Mattes, ids_are_those_of_the_reference_implementation) {
-  // From the tests of Cryptomatte's reference implementation, nuke/cryptomatte_utilities_tests.py, CryptoHashing.
+  // From the tests of Cryptomatte's reference implementation, nuke/cryptomatte_utilities_tests.py,
+  // CryptoHashing.
   const std::pair<const char*, double> known[] = {
       {"hello", 6.0705627102400005616e-17},
       {"cube", -4.08461912519e+15},
@@ -167,7 +168,8 @@ bool same_mattes(const Film& a, const Film& b) {
 }
 
 TEST(Mattes, a_unit_of_many_pixels_and_samples_counts_each_number_once) {
-  // So many that several threads add them, in tiles that the crop cuts, and with runs of equal numbers.
+  // So many that several threads add them, in tiles that the crop cuts, and with runs of equal
+  // numbers.
   const Crop crop = {3, 5, 260, 70};
   FilmLayout layout = small_layout(300, 80);
   layout.crop = crop;

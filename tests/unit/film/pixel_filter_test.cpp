@@ -70,7 +70,8 @@ TEST(PixelFilter, mitchell_s_weight_makes_up_for_its_negative_lobes) {
   const std::vector<float> table = filter_table(parse_filter("mitchell:2"));
   EXPECT_NEAR(table[EK_FILTER_BINS + 1], 4.0 / 7, 1e-7);
   const double lobe = std::pow(6.0 / 7, 3) * 0.5 / 18;
-  // The bin in which the sign changes has one density: the factor is right for that, and off the integral by a little.
+  // The bin in which the sign changes has one density: the factor is right for that, and off the
+  // integral by a little.
   EXPECT_NEAR(table[EK_FILTER_BINS + 2], 1 + 4 * lobe, 1e-4);
   EXPECT_EQ(filter_table(parse_filter("gaussian"))[EK_FILTER_BINS + 2], 1);
   EXPECT_GT(filter_table(parse_filter("gaussian"))[EK_FILTER_BINS + 1], 1.5F);

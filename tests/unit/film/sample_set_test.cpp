@@ -101,8 +101,9 @@ TEST(SampleSet, is_a_set_of_samples) {
   }
 }
 
-// The parts of merged files are read in the order of parts(). With eight times as many of them, steps that go through all parts
-// take 64 times as long. A busy machine may make any attempt slow, but not all of them.
+// The parts of merged files are read in the order of parts(). With eight times as many of them,
+// steps that go through all parts take 64 times as long. A busy machine may make any attempt slow,
+// but not all of them.
 TEST(SampleSet, takes_parts_in_order_without_going_through_all_before) {
   constexpr std::uint32_t kFew = 1000, kMany = 8 * kFew;
   const std::function<WorkUnit(std::uint32_t)> orders[] = {

@@ -44,7 +44,8 @@ std::vector<std::uint32_t> words_of(const std::vector<Splat>& splats) {
   return words;
 }
 
-/// Adds a unit of pixel 0,0 without camera light, with these splats and so many light paths of each of its samples.
+/// Adds a unit of pixel 0,0 without camera light, with these splats and so many light paths of each
+/// of its samples.
 void add_unit(Film& film, std::uint64_t begin, std::uint64_t end, const std::vector<Splat>& splats,
               std::uint64_t light_paths) {
   FilmLayout of_camera = film.layout();
@@ -73,7 +74,8 @@ TEST(Splats, are_sums_of_2_to_the_minus_48_rounded_down) {
 
 TEST(Splats, are_divided_by_the_light_paths_of_their_replicate_and_window) {
   Film film(layout_with_splats());
-  add_unit(film, 0, 2, {{1, 1, 0, 1, 0, {6, 0, 0}}, {1, 1, 1, 1, 0, {2, 0, 0}}}, 4);  // samples 0 and 1, a replicate each
+  // Samples 0 and 1, a replicate each.
+  add_unit(film, 0, 2, {{1, 1, 0, 1, 0, {6, 0, 0}}, {1, 1, 1, 1, 0, {2, 0, 0}}}, 4);
   EXPECT_EQ(film.mean(1, 1, 0), 1.0) << "(6 + 2) over 8 light paths";
   EXPECT_EQ(film.mean(0, 1, 0), 0.0);
   film.set_count(1, 1, 0, 5), film.set_count(1, 1, 1, 5);

@@ -41,7 +41,8 @@ float inside(Random& random, Bounds1 b) {
   }
 }
 
-// Numbers that are not: NaN has no place; an infinite float stands for a number that no float holds.
+// Numbers that are not: NaN has no place; an infinite float stands for a number that no float
+// holds.
 template <class Number>
 ::testing::AssertionResult encloses(const RegionValue& value, Number number) {
   if (std::isnan(number)) return ::testing::AssertionSuccess();
@@ -111,7 +112,8 @@ TEST(FormulaInterval, formulas_of_surfaces_are_enclosed_with_their_slopes) {
   }
 }
 
-// Sound alone is no use: [-inf, inf] is sound. The slopes of these formulas add up to at most 122 in the boxes drawn.
+// Sound alone is no use: [-inf, inf] is sound. The slopes of these formulas add up to at most 122
+// in the boxes drawn.
 TEST(FormulaInterval, narrow_boxes_have_narrow_values) {
   const std::vector<std::string> formulas = {"x^2+y^2+z^2-1", "sin(x)*cos(y)+sin(y)*cos(z)+sin(z)*cos(x)",
                                              "exp(x)/y+log(z)", "sqrt(x)+atan(y)-abs(z)+x^3"};

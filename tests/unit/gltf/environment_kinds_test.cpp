@@ -49,7 +49,8 @@ void expect_near(const glm::dvec3& a, const glm::dvec3& b, double tolerance) {
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], tolerance) << c;
 }
 
-// Rec. 2020 has Rec. 709's white, so that the matrix is the one of ITU-R BT.2087-0, table 4, inverted.
+// Rec. 2020 has Rec. 709's white, so that the matrix is the one of ITU-R BT.2087-0, table 4,
+// inverted.
 TEST(Primaries, of_rec_2020_become_the_published_values_of_rec_709) {
   const Chromaticities rec2020{{0.708, 0.292}, {0.17, 0.797}, {0.131, 0.046}, {0.3127, 0.329}};
   const glm::dmat3 matrix = eikon::rec709_from(rec2020);
@@ -125,8 +126,8 @@ TEST(EnvironmentKinds, the_first_part_with_colours_is_the_map) {
 // A colour for each direction, so that a face in a wrong place or turned shows.
 glm::vec3 colour_towards(const glm::dvec3& direction) { return glm::vec3(glm::normalize(direction) + 2.0); }
 
-/// Direction of the middle of pixel (x, y) of a face, in an order and orientation written down here once more: the three
-/// vectors of a face are its middle, its right and its bottom.
+/// Direction of the middle of pixel (x, y) of a face, in an order and orientation written down here
+/// once more: the three vectors of a face are its middle, its right and its bottom.
 glm::dvec3 towards(const std::array<glm::dvec3, 3>& face, std::uint32_t x, std::uint32_t y, std::uint32_t side) {
   return face[0] + face[1] * (2 * (x + 0.5) / side - 1) + face[2] * (2 * (y + 0.5) / side - 1);
 }
@@ -196,7 +197,8 @@ TEST(CubeMaps, crosses_and_strips_show_each_direction_where_it_is) {
   }
 }
 
-// OpenEXR's own library says where a direction lies. Its +Z is where eikon has -Z, in both kinds of maps.
+// OpenEXR's own library says where a direction lies. Its +Z is where eikon has -Z, in both kinds of
+// maps.
 TEST(CubeMaps, of_openexr_are_as_its_library_has_them) {
   constexpr int kSide = 32;
   const Imath::Box2i window({0, 0}, {kSide - 1, 6 * kSide - 1});

@@ -156,7 +156,8 @@ TEST(SceneLoad, G12_positions_that_leave_the_range_by_their_node_name_it) {
   EXPECT_TRUE(mentions(message, "node 'triangle'")) << message;
   EXPECT_TRUE(mentions(message, "vertex 1")) << message;
 
-  // A vertex far out in a mesh and a node that brings it back: legal, whatever the bound of the whole says.
+  // A vertex far out in a mesh and a node that brings it back: legal, whatever the bound of the
+  // whole says.
   Builder back;
   back.primitive()["attributes"]["POSITION"] =
       back.add("VEC3", 5126, std::vector<float>{1e12F, 0, 0, 1.000001e12F, 0, 0, 1e12F, 1, 0}, 3);

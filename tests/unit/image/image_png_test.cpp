@@ -26,7 +26,8 @@ Image grey(std::uint32_t width, const std::vector<float>& values) {
           .metadata = {}};
 }
 
-/// R, G, B, and A if `has_alpha`, of all pixels; checks the width and the colour type that the file states.
+/// R, G, B, and A if `has_alpha`, of all pixels; checks the width and the colour type that the file
+/// states.
 std::vector<int> read_png(const std::filesystem::path& path, std::uint32_t expected_width, bool has_alpha = false) {
   std::ifstream file(path, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(file), {}};

@@ -193,7 +193,8 @@ TEST(DecodeKtx2, damaged_basis_universal_is_refused_in_one_line_or_read) {
   }
 }
 
-// Files by the encoder of Basis Universal, each beside its texels by the decoder that belongs to it.
+// Files by the encoder of Basis Universal, each beside its texels by the decoder that belongs to
+// it.
 TEST(DecodeKtx2, texels_of_basis_universal_are_those_of_its_own_decoder) {
   const char* const python = std::getenv("EIKON_BASISU");
   if (python == nullptr || *python == '\0') GTEST_SKIP() << "EIKON_BASISU does not name a Python that has alktx2";

@@ -24,7 +24,8 @@ TEST(ToneMap, names_are_those_of_the_command_line) {
   EXPECT_FALSE(tone_map_of("filmic"));
 }
 
-// Worked out from the published formulas by another program, with matrices, logarithms and powers of its own.
+// Worked out from the published formulas by another program, with matrices, logarithms and powers
+// of its own.
 TEST(ToneMap, each_has_the_values_of_its_paper) {
   struct Row {
     glm::dvec3 linear, reinhard, aces, agx, neutral;
@@ -96,8 +97,8 @@ TEST(ToneMap, grey_is_monotone_from_black_to_white_and_stays_grey) {
   }
 }
 
-// The promise of its name: a base colour under white light of radiance 1 comes out as it is, less what a dielectric's
-// surface adds to it.
+// The promise of its name: a base colour under white light of radiance 1 comes out as it is, less
+// what a dielectric's surface adds to it.
 TEST(ToneMap, pbr_neutral_keeps_base_colours) {
   for (double r = 0.08; r <= 0.8; r += 0.09)
     for (double g = 0.08; g <= 0.8; g += 0.09)

@@ -42,7 +42,8 @@ TEST(PowerLaw, takes_three_points) {
   EXPECT_TRUE(fit_power_law(three, three));
 }
 
-// 95 % of 2,000 intervals, within four standard deviations of a binomial count (0.5 %); also with one degree of freedom.
+// 95 % of 2,000 intervals, within four standard deviations of a binomial count (0.5 %); also with
+// one degree of freedom.
 TEST(PowerLaw, intervals_hold_the_exponent) {
   std::mt19937 random(2);
   for (const int count : {3, 4, 7}) {

@@ -14,7 +14,8 @@
 namespace eikon::test {
 namespace {
 
-/// An image of independent pixels whose samples have mean 1 and standard deviation `deviation`, in gray.
+/// An image of independent pixels whose samples have mean 1 and standard deviation `deviation`, in
+/// gray.
 class NoisyImage {
  public:
   NoisyImage(std::uint32_t side, double deviation, unsigned seed)
@@ -137,8 +138,9 @@ TEST(Goal, seconds_of_rendering_begin_with_the_first_sample) {
   EXPECT_LE(second.latest_s, host_seconds() + 7);
 }
 
-// The claim is 5 %. Of 400 renders more than 33 would end above their target with a probability of less than 0.3 % if it were true.
-// With the 95 % interval of each judgement alone, it is 60 and more.
+// The claim is 5 %. Of 400 renders more than 33 would end above their target with a probability of
+// less than 0.3 % if it were true. With the 95 % interval of each judgement alone, it is 60 and
+// more.
 TEST(Goal, at_most_five_percent_of_renders_end_above_their_target) {
   constexpr std::uint32_t kSide = 12;
   int above = 0;

@@ -61,7 +61,8 @@ const Settings kAbove = seen_by(look_at_camera({0, 5, 0}, {0, 0, 0}, {0, 0, -1},
 TEST(ArrivingLight, of_a_small_lamp_is_that_of_its_closed_form) {
   Scene scene = floor_scene();
   scene.nodes.push_back(node_of(1, upside_down(1.5)));
-  // E = L A cos^2 / d^2 in the middle of the floor, where both cosines are 1.5 / d, as the lamp is small.
+  // E = L A cos^2 / d^2 in the middle of the floor, where both cosines are 1.5 / d, as the lamp is
+  // small.
   const double d2 = 0.5 * 0.5 + 1.5 * 1.5;
   EXPECT_NEAR(arriving_light(scene, kAbove), 10 * 0.01 * (1.5 * 1.5 / d2) / d2 / M_PI, 1e-4);
 }

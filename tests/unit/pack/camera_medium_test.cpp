@@ -10,7 +10,8 @@
 namespace eikon {
 namespace {
 
-/// Appends the sphere of `rings` x 2 rings facets around `center`, its front to the outside; without the facets `left_out` is true for.
+/// Appends the sphere of `rings` x 2 rings facets around `center`, its front to the outside;
+/// without the facets `left_out` is true for.
 template <class LeftOut>
 void add_sphere(PackedScene& packed, std::uint32_t material, const glm::dvec3& center, double radius, int rings,
                 LeftOut left_out) {

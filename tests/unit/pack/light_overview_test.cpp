@@ -10,7 +10,8 @@
 namespace eikon {
 namespace {
 
-/// A lone triangle, and strips of `count` cells of two triangles each, which form parallelograms where `flat`.
+/// A lone triangle, and strips of `count` cells of two triangles each, which form parallelograms
+/// where `flat`.
 Primitive strips(std::uint32_t count, bool flat, std::uint32_t material) {
   Primitive primitive;
   std::vector<glm::vec3> positions{{0, 0, -1}, {1, 0, -1}, {0, 1, -1}};
@@ -31,7 +32,8 @@ Primitive strips(std::uint32_t count, bool flat, std::uint32_t material) {
   return primitive;
 }
 
-/// More emissive triangles than are looked at together, of which some form pairs and some have textures; shapes and other lights.
+/// More emissive triangles than are looked at together, of which some form pairs and some have
+/// textures; shapes and other lights.
 Scene bright_scene() {
   Scene scene;
   Material even, textured, dark, veil;

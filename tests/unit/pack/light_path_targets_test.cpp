@@ -156,7 +156,8 @@ TEST(LightTargets, take_lights_by_what_they_send_there) {
   EXPECT_NEAR(sum, 1, 1e-6) << "of the lamp it is a density per m^2";
   EXPECT_GT(packed.emission_pdf[2], 10 * 0.5F * packed.emission_pdf[0]);
   EXPECT_NEAR(double(packed.emission_pdf[1]), 1.0 / 256 / 4, 2e-4);
-  // Directions to the target, as seen from the lamp and from the bulb, per sr: the powers of two below.
+  // Directions to the target, as seen from the lamp and from the bulb, per sr: the powers of two
+  // below.
   for (const auto& [light, distance] : {std::pair(0, 10.0), std::pair(1, 1000.0)}) {
     const double per_sr = distance * distance / (std::numbers::pi * std::pow(double(packed.light_targets[0].w), 2));
     const double aim = double(packed.emission_aim[std::size_t(light) + 1]);

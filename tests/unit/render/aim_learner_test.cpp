@@ -34,7 +34,8 @@ AimLearner trial_of(const Carried& light, std::shared_ptr<const LightAim> aim, s
   return learner;
 }
 
-/// Second moment of even starts over that of aimed ones, by sums and not by chance. square: in the mean, of a start
+/// Second moment of even starts over that of aimed ones, by sums and not by chance. square: in the
+/// mean, of a start
 double true_gain(const LightAim& aim, const std::function<double(std::uint32_t)>& square) {
   double even = 0, aimed = 0;
   for (std::uint32_t start = 0; start < EK_AIM_START(2, 0, 0); ++start) {

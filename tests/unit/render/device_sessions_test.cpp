@@ -104,8 +104,9 @@ TEST(DeviceSessions, units_become_smaller_where_large_ones_fail) {
 }
 
 TEST(DeviceSessions, single_faults_are_forgiven_and_units_grow_again) {
-  // Of 20 units, one fails, and 8 are of a quarter's size: 3/2 times as many as undisturbed, and the last of them smaller.
-  // Units that take long on a busy machine become smaller, too; not in every attempt.
+  // Of 20 units, one fails, and 8 are of a quarter's size: 3/2 times as many as undisturbed, and
+  // the last of them smaller. Units that take long on a busy machine become smaller, too; not in
+  // every attempt.
   std::uint64_t units = 2 * 288;
   for (int attempt = 0; attempt < 20 && units >= 2 * 288; ++attempt) {
     auto one = devices(1);
@@ -173,12 +174,14 @@ TEST(DeviceSessions, when_it_is_stopped_nobody_waits_for_a_device_that_is_being_
 }
 
 TEST(DeviceSessions, a_device_too_slow_for_the_rest_is_left_out_and_that_is_said) {
-  // On a machine so busy that the fast device sleeps too long, the slow one is of use. That is not so in every attempt.
+  // On a machine so busy that the fast device sleeps too long, the slow one is of use. That is not
+  // so in every attempt.
   Outcome outcome;
   for (int attempt = 0; attempt < 20 && !outcome.has(1, DeviceEvent::Kind::left_out); ++attempt) {
     auto two = devices(2);
     (*two)[0].path_s = 2e-6;  // 0.3 s for all
-    // 0.1 s for its first unit of 1024 paths, and for a quarter of its grain: the last third is too short
+    // 0.1 s for its first unit of 1024 paths, and for a quarter of its grain: the last third is too
+    // short
     (*two)[1].path_s = 1e-4;
     (*two)[1].grain = 4096;
     outcome = run(two, 60);
@@ -313,8 +316,9 @@ TEST(DeviceSessions, samples_that_two_devices_finish_count_once_and_are_told) {
 }
 
 TEST(DeviceSessions, watchdog_leaves_slow_devices_alone) {
-  // 0.44 s in all, far beyond the watchdog's seconds, but no unit takes 20 times what it should. On a machine so busy that one
-  // does, the watchdog is right; one that goes by its own seconds alone would be wrong in every attempt.
+  // 0.44 s in all, far beyond the watchdog's seconds, but no unit takes 20 times what it should. On
+  // a machine so busy that one does, the watchdog is right; one that goes by its own seconds alone
+  // would be wrong in every attempt.
   bool left_alone = false;
   for (int attempt = 0; attempt < 20 && !left_alone; ++attempt) {
     auto one = devices(1);

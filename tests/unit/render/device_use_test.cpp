@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The share of its time in which a fast GPU traces paths, in a simulation of how it is driven: the units that the schedule
-// gives it, a fixed cost of each depth, and the time that sums take on their way to the film. The rate, the cost of a depth and that of
-// adding sums are those of an NVIDIA H200 and its host with cornell.gltf (tools/gpu/MODEL.md). The others are estimates.
+// The share of its time in which a fast GPU traces paths, in a simulation of how it is driven: the
+// units that the schedule gives it, a fixed cost of each depth, and the time that sums take on
+// their way to the film. The rate, the cost of a depth and that of adding sums are those of an
+// NVIDIA H200 and its host with cornell.gltf (tools/gpu/MODEL.md). The others are estimates.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -60,9 +61,11 @@ struct Driven {
   }
 };
 
-/// Renders a picture as process_units() and WavefrontRunner do: the next unit begins when all depths of the one before are
-/// launched, and its first depth runs while the host waits for the sums.
-/// beside  sums are added by threads of their own, which are done with a unit before the next but one begins; else by one thread
+/// Renders a picture as process_units() and WavefrontRunner do: the next unit begins when all
+/// depths of the one before are launched, and its first depth runs while the host waits for the
+/// sums.
+/// beside  sums are added by threads of their own, which are done with a unit before the next but
+///         one begins; else by one thread
 Use simulate(const UnitLimits& limits, std::uint32_t side, const WorkUnit& picture, bool beside) {
   Schedule schedule(1, side);
   schedule.join(0, limits);
@@ -128,8 +131,8 @@ TEST(DeviceUse, an_h200_is_busy_with_paths_for_most_of_the_time) {
   }
 }
 
-/// Paths and largest block that each of two devices has of a picture. The first is an H200, the second has other limits and
-/// another rate.
+/// Paths and largest block that each of two devices has of a picture. The first is an H200, the
+/// second has other limits and another rate.
 struct Share {
   std::uint64_t paths = 0, most_pixels = 0, most_samples = 0;
 };
@@ -196,7 +199,8 @@ double paths_per_core(std::uint32_t cores, const WorkUnit& picture, double rate_
   return double(sizes[sizes.size() / 2]) / cores;
 }
 
-// With 16,384 paths for each of two cores cornell.gltf was rendered at .74 of the rate of large units, and with 4,096 at .58.
+// With 16,384 paths for each of two cores cornell.gltf was rendered at .74 of the rate of large
+// units, and with 4,096 at .58.
 TEST(DeviceUse, the_cores_of_a_large_processor_have_many_paths_each) {
   for (const std::uint32_t cores : {2U, 8U, 16U, 32U, 64U})
     EXPECT_GE(paths_per_core(cores, picture_of(1280, 720, 64), 3e6), 50'000) << cores << " cores";

@@ -142,7 +142,8 @@ TEST(FilmRecord, text_that_makes_no_sense_is_refused) {
   EXPECT_EQ(refusal("part 0 0 9 7 0 4\npart 8 6 9 7 4 5\n"), "");
 }
 
-// A file whose sums are read must be the one that was written: no change of a byte goes through unseen.
+// A file whose sums are read must be the one that was written: no change of a byte goes through
+// unseen.
 TEST(FilmRecord, no_changed_byte_and_no_missing_one_gives_other_sums) {
   const TemporaryFolder folder;
   FilmLayout layout{.width = 9, .height = 7, .crop = {0, 0, 9, 7}, .replicates = 2};

@@ -19,7 +19,8 @@ LightTrial trial_of(double camera, const Ratios& shared, double light_rays = 4) 
 }
 
 TEST(LightTrial, second_moments_from_splats_are_those_of_the_balance_heuristic) {
-  // Paths of three kinds with the light f, found by camera paths with probability p, and by each of n light paths with q.
+  // Paths of three kinds with the light f, found by camera paths with probability p, and by each of
+  // n light paths with q.
   struct Kind {
     double f, p, q;
   };
@@ -28,7 +29,8 @@ TEST(LightTrial, second_moments_from_splats_are_those_of_the_balance_heuristic) 
   Ratios expected{}, found{};
   for (const Kind& kind : kinds) {
     const double ratio = kind.p > 0 ? trial_count * kind.q / kind.p : kInfinite;
-    // A splat's value over the number of light paths, with its share; there are n q such splats of each sample index.
+    // A splat's value over the number of light paths, with its share; there are n q such splats of
+    // each sample index.
     const double value = kind.f / (trial_count * kind.q) * (kind.p > 0 ? ratio / (1 + ratio) : 1);
     const Ratios moments = splat_moments(ratio, of_trial);
     for (std::size_t i = 0; i < expected.size(); ++i) {

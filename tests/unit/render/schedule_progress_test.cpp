@@ -13,7 +13,8 @@ namespace eikon {
 namespace {
 
 TEST(Schedule, somebody_takes_what_is_left_whatever_was_measured) {
-  // Units that take any time, so that devices look quick for one size and slow for another. Nobody may wait for the others for ever.
+  // Units that take any time, so that devices look quick for one size and slow for another. Nobody
+  // may wait for the others for ever.
   for (unsigned seed = 0; seed < 20000; ++seed) {
     std::mt19937 random(seed);
     const auto log_uniform = [&](double least, double most) {

@@ -35,8 +35,8 @@ struct Simulation {
   std::size_t sample_set_parts = 0;  // at most, while it went on
 };
 
-// Events in the order of time: each device is idle, or has a unit, and then asks for one more to begin with at once after that. The
-// set of samples throws if a sample is done twice.
+// Events in the order of time: each device is idle, or has a unit, and then asks for one more to
+// begin with at once after that. The set of samples throws if a sample is done twice.
 Simulation simulate(const std::vector<SimulatedDevice>& devices, const Crop& crop, std::uint64_t spp, unsigned seed = 1) {
   struct Flying {
     bool fails = false;
@@ -333,7 +333,8 @@ TEST(Schedule, any_device_may_die_at_any_time) {
 TEST(Schedule, the_set_of_samples_stays_small) {
   const Simulation outcome =
       simulate({{.paths_per_s = 4e6}, {.paths_per_s = 4e5}, {.paths_per_s = 4e4}}, {0, 0, 1920, 1080}, 64);
-  // A part for each of 15 x 9 blocks, twice that where samples are missing within, and what the slow devices cut.
+  // A part for each of 15 x 9 blocks, twice that where samples are missing within, and what the
+  // slow devices cut.
   EXPECT_LT(outcome.sample_set_parts, 1000U);
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sums that are added beside the thread of their device: nothing is lost or added twice, and no error goes by.
+// Sums that are added beside the thread of their device: nothing is lost or added twice, and no
+// error goes by.
 #include <gtest/gtest.h>
 
 #include "core/error.h"

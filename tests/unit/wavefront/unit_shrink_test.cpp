@@ -6,7 +6,8 @@
 namespace eikon {
 namespace {
 
-/// A device on which whatever `fails` says of a unit's size goes wrong; returns how often that was, and what share of units had full size.
+/// A device on which whatever `fails` says of a unit's size goes wrong; returns how often that was,
+/// and what share of units had full size.
 struct Course {
   int failures = 0, full = 0, units = 0;
 };

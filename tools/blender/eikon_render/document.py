@@ -9,7 +9,8 @@ import mathutils
 
 # Blender's z is up, glTF's y.
 GLTF_FROM_BLENDER = mathutils.Matrix(((1, 0, 0, 0), (0, 0, 1, 0), (0, -1, 0, 0), (0, 0, 0, 1)))
-# A rectangle of EIKON_shape lies in x and z and shines along +y; a light of Blender lies in x and y and shines along -z.
+# A rectangle of EIKON_shape lies in x and z and shines along +y; a light of Blender lies in x and y
+# and shines along -z.
 LIGHT_FROM_SHAPE = mathutils.Matrix(((1, 0, 0, 0), (0, 0, 1, 0), (0, -1, 0, 0), (0, 0, 0, 1)))
 DISC_CORNERS = 64
 

@@ -16,7 +16,8 @@ OPTIONS = {
     "export_format": "GLTF_SEPARATE", "export_yup": True, "export_apply": True, "export_cameras": True, "export_lights": True,
     # W / sr and W / m^2, so that lights fit to emissive surfaces and the world.
     "export_import_convert_lighting_mode": "COMPAT",
-    # The scene as it is at the frame: modifiers and poses are in the meshes, and so are shape keys where there are modifiers.
+    # The scene as it is at the frame: modifiers and poses are in the meshes, and so are shape keys
+    # where there are modifiers.
     "export_animations": False, "export_skins": False, "export_morph": True, "export_current_frame": True,
     "use_renderable": True, "use_active_scene": True, "export_gn_mesh": True, "export_extras": False,
     "export_attributes": False, "will_save_settings": False,

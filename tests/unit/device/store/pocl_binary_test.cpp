@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Binaries in PoCL's format, without PoCL: what is left out, what is kept, and that other bytes are never taken for one.
+// Binaries in PoCL's format, without PoCL: what is left out, what is kept, and that other bytes are
+// never taken for one.
 #include "device/store/pocl_binary.h"
 
 #include <gtest/gtest.h>

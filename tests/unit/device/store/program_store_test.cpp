@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The file of a program's binary, without a device: what is not whole, or of something else, is never taken.
+// The file of a program's binary, without a device: what is not whole, or of something else, is
+// never taken.
 #include "device/store/program_store.h"
 
 #include <gtest/gtest.h>

@@ -218,7 +218,8 @@ TEST(Exr, a_full_disk_leaves_the_old_file_and_nothing_else) {
   std::ofstream(folder / "a.exr") << "old";
   rlimit before{};
   getrlimit(RLIMIT_FSIZE, &before);
-  // The limit stops the header, the pixels, or the chunk table that OpenEXR writes last, in a destructor that swallows errors.
+  // The limit stops the header, the pixels, or the chunk table that OpenEXR writes last, in a
+  // destructor that swallows errors.
   const Film film = plausible_film();
   write_exr(folder / "size.exr", film, {}, {});
   const auto size = std::filesystem::file_size(folder / "size.exr");

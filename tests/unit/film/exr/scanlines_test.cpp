@@ -44,7 +44,8 @@ struct Picture {
       header.channels().insert(channels[c], Imf::Channel(c == 1 ? Imf::HALF : c == 0 ? Imf::UINT : Imf::FLOAT));
   }
 
-  /// Runs of the same word, of lengths around those at which the codecs change, and words like none before.
+  /// Runs of the same word, of lengths around those at which the codecs change, and words like none
+  /// before.
   void fill(unsigned seed) {
     std::mt19937 random(seed);
     for (std::size_t i = 0; i < words.size();) {

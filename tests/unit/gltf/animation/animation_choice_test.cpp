@@ -18,8 +18,8 @@ using scene_test::message_of;
 using scene_test::target_of;
 using scene_test::warns;
 
-/// Two nodes with the triangle. 'slide' moves the first to x = 10 within 4 s, 'rise' the second to y = 10 within
-/// 2 s, and 'jump' the first to z = 10 within 1 s.
+/// Two nodes with the triangle. 'slide' moves the first to x = 10 within 4 s, 'rise' the second to
+/// y = 10 within 2 s, and 'jump' the first to z = 10 within 1 s.
 Builder three_animations() {
   Builder builder;
   builder.json["nodes"].push_back({{"mesh", 0}});

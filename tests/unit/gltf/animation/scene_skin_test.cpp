@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Skins: vertices against matrices by hand, skeletons anywhere in the graph, and skins that are wrong.
+// Skins: vertices against matrices by hand, skeletons anywhere in the graph, and skins that are
+// wrong.
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -35,8 +36,8 @@ Json column_major(const glm::dmat4& m) {
   return numbers;
 }
 
-/// The triangle under node 0, whose own transform does not count, with joints at nodes 1 to n as `places` has them.
-/// Corners follow joints (0), (0, 1), (1).
+/// The triangle under node 0, whose own transform does not count, with joints at nodes 1 to n as
+/// `places` has them. Corners follow joints (0), (0, 1), (1).
 Builder skinned(const Matrices& places, const Matrices& binds = {}) {
   Builder builder;
   Json joints = Json::array();
@@ -195,7 +196,8 @@ TEST(SceneSkin, joints_move_with_animations_wherever_they_stand) {
   add_channel(builder, 0, target_of(0, "translation"), {.times = {0, 1}, .values = {0, 0, 0, 50, 50, 50}});
   const Scene scene = load_at(builder, 1);
   expect_near(world(scene, 0), {0, 1, 0});
-  // (0, 1, 0) in the space of the lower joint, which lies at (-1, 1, 0) and is turned by 90 degrees.
+  // (0, 1, 0) in the space of the lower joint, which lies at (-1, 1, 0) and is turned by 90
+  // degrees.
   expect_near(world(scene, 2), {-2, 1, 0});
   EXPECT_NE(scene.hash, load_at(builder, 0.5).hash);
 }

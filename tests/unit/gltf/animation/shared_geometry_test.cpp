@@ -134,7 +134,8 @@ TEST(SharedGeometry, a_material_that_needs_tangents_gets_them) {
 
 TEST(SharedGeometry, what_is_warned_of_is_warned_of_in_each_pose) {
   Builder builder = moving_triangle();
-  const std::size_t normals = builder.add("VEC3", 5126, std::vector<float>{0, 0, 1, 0, 0, 0, 0, 0, 1}, 3);  // one of no length
+  // One of no length.
+  const std::size_t normals = builder.add("VEC3", 5126, std::vector<float>{0, 0, 1, 0, 0, 0, 0, 0, 1}, 3);
   builder.primitive()["attributes"]["NORMAL"] = normals;
   const scene_test::TemporaryFolder folder;
   const auto path = folder.write("scene.gltf", builder.text());

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files that are no scene, or only part of one, and URIs that lead astray: each is refused in one line, none crashes.
+// Files that are no scene, or only part of one, and URIs that lead astray: each is refused in one
+// line, none crashes.
 #include <fcntl.h>
 #include <sys/stat.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files that people have: what they mean is beyond doubt, so they are read. What breaks a rule is said once, and is
-// an error under --strict.
+// Files that people have: what they mean is beyond doubt, so they are read. What breaks a rule is
+// said once, and is an error under --strict.
 #include <fmt/format.h>
 
 #include <functional>

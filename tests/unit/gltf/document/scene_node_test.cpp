@@ -24,7 +24,8 @@ double largest_difference(const glm::dmat4& a, const glm::dmat4& b) {
   return largest;
 }
 
-// (p1 - p0) x (p2 - p0) of the first triangle in the world, with the corners in the order that `mirrored` asks for.
+// (p1 - p0) x (p2 - p0) of the first triangle in the world, with the corners in the order that
+// `mirrored` asks for.
 glm::dvec3 world_normal(const Scene& scene) {
   const eikon::Node& node = scene.nodes.at(0);
   const eikon::Primitive& primitive = scene.meshes.at(node.mesh).primitives.at(0);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The component types of accessors by glTF's numbers, and the one primitive of a scene that has one.
+// The component types of accessors by glTF's numbers, and the one primitive of a scene that has
+// one.
 #pragma once
 #include "scene/scene.h"
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Attributes of meshes: every type that glTF allows, what is read for which material, and values that are odd.
+// Attributes of meshes: every type that glTF allows, what is read for which material, and values
+// that are odd.
 #include <cmath>
 #include <functional>
 #include <limits>

@@ -36,7 +36,8 @@ int add_attribute(draco::Mesh& mesh, draco::GeometryAttribute::Type type, draco:
   return static_cast<int>(mesh.attribute(id)->unique_id());
 }
 
-/// The sheet as a Draco stream under a primitive; `stream` may be changed before the file is written.
+/// The sheet as a Draco stream under a primitive; `stream` may be changed before the file is
+/// written.
 struct DracoFile {
   Builder builder;
   std::vector<char> stream;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Morph targets at the weights of the file: what they change, what they cost, and weights that do not fit.
+// Morph targets at the weights of the file: what they change, what they cost, and weights that do
+// not fit.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -17,7 +18,8 @@ using scene_test::message_of;
 
 constexpr int kFloat32 = 5126;
 
-/// The triangle with a target that moves its vertices by (0, 0, 1), (0, 0, 2), (0, 0, 3), and one by (2, 0, 0) each.
+/// The triangle with a target that moves its vertices by (0, 0, 1), (0, 0, 2), (0, 0, 3), and one
+/// by (2, 0, 0) each.
 Builder morphing() {
   Builder builder;
   const std::size_t up = builder.add("VEC3", kFloat32, std::vector<float>{0, 0, 1, 0, 0, 2, 0, 0, 3}, 3),

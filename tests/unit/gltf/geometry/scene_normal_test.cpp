@@ -18,7 +18,8 @@ void set(Builder& builder, const std::string& name, const std::vector<float>& va
 }
 
 TEST(SceneNormals, a_bad_normal_becomes_that_of_its_triangles_and_the_others_stay) {
-  // Two triangles that share an edge, one upright in z and one in y of twice the area; vertex 4 is in none with area.
+  // Two triangles that share an edge, one upright in z and one in y of twice the area; vertex 4 is
+  // in none with area.
   Builder builder;
   set(builder, "POSITION", std::vector<float>{0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, -2, 5, 5, 5});
   builder.primitive()["indices"] = builder.add("SCALAR", 5121, std::vector<std::uint8_t>{0, 1, 2, 1, 0, 3, 4, 4, 0}, 9);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tangents made from texture coordinates: against Mikkelsen's own code, against a slow reference, and at the edges.
+// Tangents made from texture coordinates, against Mikkelsen's own code and a slow reference.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -51,8 +51,8 @@ Primitive wavy_sheet(std::uint32_t side, std::uint32_t seed) {
   return primitive;
 }
 
-// What the paper says, word by word, for meshes without degenerate triangles whose vertices differ: at each corner the
-// mean over the triangles that can be reached around the vertex over shared edges, all of one orientation.
+// What the paper says, word by word, for meshes without degenerate triangles whose vertices differ:
+// at each corner the mean over the triangles that shared edges lead to, of one orientation.
 std::vector<glm::vec4> slow_reference(const Primitive& p) {
   const std::size_t triangle_count = p.indices.size() / 3;
   struct Frame {
@@ -120,8 +120,8 @@ struct Row {
   glm::vec4 tangent;
 };
 
-// A mesh with a mirror line, a seam and a triangle whose texture coordinates coincide (the sixth), and what Mikkelsen's
-// own code makes of it: mesh.calc_tangents of Blender 4.2, whose v goes up (v here is 1 - v there).
+// A mesh with a mirror line, a seam and a triangle whose texture coordinates coincide (the sixth),
+// and what Mikkelsen's own code makes of it: Blender 4.2's calc_tangents, where v is 1 - v here.
 const std::vector<Row>& blender_rows() {
   static const std::vector<Row> rows{
       {{-1, -1, 0.2109375F},
@@ -321,8 +321,8 @@ TEST(SceneTangents, a_mirrored_texture_splits_the_vertices_on_the_line_with_all_
 }
 
 TEST(SceneTangents, corners_weigh_by_their_angle) {
-  // Two triangles around the origin over the edge to (1, 0), with 90 and 30 degrees there. The texture of the first lies
-  // as the plane does; that of the second is sheared, so that its s direction is turned by -40 degrees.
+  // Two triangles around the origin over the edge to (1, 0), with 90 and 30 degrees there. The
+  // texture of the second is sheared, so that its s direction is turned by -40 degrees.
   const double pi = std::acos(-1.0), turn = -40 * pi / 180;
   Primitive primitive;
   const glm::vec3 z(0, 0, 1), o(0, 0, 0), x(1, 0, 0), y(0, 1, 0);

@@ -53,7 +53,8 @@ TEST(SceneTriangles, strips_turn_every_other_triangle_and_drop_those_that_only_l
   builder.primitive().erase("indices");
   Primitive read = only_primitive(builder.load());
   EXPECT_EQ(read.indices, (std::vector<std::uint32_t>{0, 1, 2, 1, 3, 2, 2, 3, 4, 3, 5, 4}));
-  // Two strips joined by corners that come twice; the second begins on an odd triangle and so is turned once more.
+  // Two strips joined by corners that come twice; the second begins on an odd triangle and so is
+  // turned once more.
   builder.primitive()["indices"] =
       builder.add("SCALAR", kUnsignedByte, std::vector<std::uint8_t>{0, 1, 2, 2, 3, 3, 5, 4}, 8);
   read = only_primitive(builder.load());

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Textures with an image by an extension and one of their own, which takes its place where the first cannot be read.
+// Textures with an image by an extension and one of their own, which takes its place where the
+// first cannot be read.
 #include <utility>
 
 #include "support/gltf_builder.h"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What extensions lay on, or put in the place of, the usual reflection: each arrives, is held to its range or refused.
+// What extensions lay on, or put in the place of, the usual reflection: each arrives, is held to
+// its range or refused.
 #include <tuple>
 
 #include "support/gltf_builder.h"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// KHR_materials_pbrSpecularGlossiness becomes a dielectric whose reflectance is the specular colour.
+// KHR_materials_pbrSpecularGlossiness becomes a dielectric whose reflectance is the specular
+// colour.
 #include "support/gltf_builder.h"
 #include "support/picture_builder.h"
 

@@ -35,7 +35,8 @@ void add_coordinates(Builder& builder) {
     builder.primitive()["attributes"][name] = builder.add("VEC2", 5126, std::vector<float>{0, 0, 1, 0, 0, 1}, 3);
 }
 
-/// A document whose material has one base colour texture with `image`, {"uri": ...} or {"bufferView": ...}.
+/// A document whose material has one base colour texture with `image`, {"uri": ...} or
+/// {"bufferView": ...}.
 Builder with_image(const Json& image) {
   Builder builder;
   add_coordinates(builder);
@@ -192,7 +193,8 @@ glm::vec2 apply(const Texture& texture, const glm::vec2& uv) {
 TEST(SceneTextures, M25_transforms_scale_turn_and_shift_in_this_order) {
   Builder builder = with_png();
   Json& transform = slot(builder)["extensions"]["KHR_texture_transform"];
-  // The extension's own example: the lower left quadrant of the image (v is down), turned clockwise by 90 degrees.
+  // The extension's own example: the lower left quadrant of the image (v is down), turned clockwise
+  // by 90 degrees.
   transform = {{"offset", {0, 1}}, {"rotation", std::numbers::pi / 2}, {"scale", {0.5, 0.5}}};
   Texture texture = only_texture(builder);
   const auto near = [&](const glm::vec2& uv, const glm::vec2& expected) {

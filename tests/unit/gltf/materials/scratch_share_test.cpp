@@ -12,7 +12,8 @@
 namespace eikon {
 namespace {
 
-/// Lets eight threads work several times with `bytes` of 100 each. Returns the most of them at work at one time.
+/// Lets eight threads work several times with `bytes` of 100 each. Returns the most of them at work
+/// at one time.
 int most_at_work(std::uint64_t bytes) {
   ScratchShare share(100);
   std::atomic<int> at_work{0}, most{0};
