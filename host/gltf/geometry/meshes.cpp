@@ -16,7 +16,6 @@
 namespace eikon {
 namespace {
 
-constexpr std::uint32_t kNoSlot = 0xFFFFFFFFU;
 constexpr int kTriangles = 4;  // modes below have no triangles
 constexpr std::array<const char*, 4> kModeNames{"POINTS", "LINES", "LINE_LOOP", "LINE_STRIP"};
 
@@ -112,7 +111,8 @@ Mesh MeshReader::read(const Wanted& wanted) {
               .user = fmt::format("{}, primitive {}", user, p),
               .draco = {},
               .posed = {},
-              .mirrored = {}};
+              .mirrored = {},
+              .connections = {}};
     if (primitive.mode < kTriangles) {
       source_.notes.unsupported(
           std::string("primitives of mode ") + kModeNames[static_cast<std::size_t>(primitive.mode)], user);
@@ -195,10 +195,10 @@ Primitive MeshReader::read_primitive(Part& part) {
 
   Primitive result;
   std::size_t warnings = source_.notes.warning_count();
-  const std::shared_ptr<const Connections> connections = connections_of(part, positions.count);
-  result.indices = facing(*connections, part.mirrored);
+  part.connections = connections_of(part, positions.count);
+  result.indices = facing(*part.connections, part.mirrored);
   if (result.indices.empty()) return {};
-  const std::vector<std::uint32_t>& used = connections->used;
+  const std::vector<std::uint32_t>& used = part.connections->used;
   const VertexChoice vertices{.used = used, .count = used.empty() ? positions.count : used.size()};
   result.positions_object = read_positions(positions, vertices);
   warnings = source_.notes.warning_count() - warnings;
@@ -247,7 +247,7 @@ std::shared_ptr<const Connections> MeshReader::connections_of(Part& part, std::u
   const std::size_t warnings = source_.notes.warning_count();
   auto read = std::make_shared<Connections>();
   read->indices = read_indices(part, vertex_count);
-  read->used = compact(read->indices, vertex_count);
+  read->used = compact_.renumber(read->indices, vertex_count);
   // With a warning they are read again, so that every pose has it.
   if (is_shared && source_.notes.warning_count() == warnings) source_.memory->keep_connections(part.place, read);
   return read;
@@ -273,14 +273,18 @@ TriangleIndices MeshReader::read_indices(Part& part, std::uint64_t vertex_count)
 
 void MeshReader::read_surface(const Part& part, const VertexChoice& vertices, std::uint64_t position_count,
                               Primitive& primitive) {
-  const Material& material = source_.materials[primitive.material];
   if (const Accessor* normals = checked_attribute(part, "NORMAL", position_count))
     primitive.normals_object = read_normals(*normals, vertices, primitive, part.user, source_.notes);
   if (const Accessor* colors = checked_attribute(part, "COLOR_0", position_count))
     primitive.colors = read_colors(*colors, vertices, part.user, source_.notes);
   read_uv(part, vertices, position_count, primitive);
+  read_or_make_tangents(part, vertices, position_count, primitive);
+}
 
+void MeshReader::read_or_make_tangents(const Part& part, const VertexChoice& vertices, std::uint64_t position_count,
+                                       Primitive& primitive) {
   const Accessor* tangents = checked_attribute(part, "TANGENT", position_count);
+  const Material& material = source_.materials[primitive.material];
   const MaterialNeeds needs = needs_of(material);
   const std::optional<std::size_t> set = needs.tangents;
   if (!set || *set >= kUvSets) return;
@@ -289,12 +293,32 @@ void MeshReader::read_surface(const Part& part, const VertexChoice& vertices, st
   if (tangents != nullptr && !primitive.normals_object.empty())
     primitive.tangents_object = read_tangents(*tangents, vertices, primitive.normals_object, part.user, source_.notes);
   if (!primitive.tangents_object.empty()) return;
-  if (!primitive.uv[*set].empty())
-    return source_.missing_tangents == MissingTangents::make ? make_tangents(primitive, *set, needs.tangents_from_uv)
-                                                             : mark_tangents(primitive);
+  if (!primitive.uv[*set].empty()) {
+    if (source_.missing_tangents == MissingTangents::mark) return mark_tangents(primitive);
+    const TangentSource source{*set, needs.tangents_from_uv};
+    if (part.posed.attributes.empty()) return make_tangents(primitive, source);
+    const Primitive rest = at_rest(part, vertices, primitive);
+    return make_tangents(primitive, source, &rest);
+  }
   source_.notes.warn(
       fmt::format("{}: material {} is anisotropic, but the primitive has neither TANGENT nor {}; taken as isotropic",
                   part.user, in_quotes(material.name), uv_name(*set)));
+}
+
+Primitive MeshReader::at_rest(const Part& part, const VertexChoice& vertices, const Primitive& posed) const {
+  const auto attribute_at_rest = [&](const char* name) -> const Accessor& {
+    const auto decoded = part.draco.attributes.find(name);
+    return decoded != part.draco.attributes.end() ? decoded->second
+                                                  : source_.accessors[part.primitive.attributes.at(name)];
+  };
+  Primitive rest;
+  rest.indices = part.connections->indices;
+  rest.positions_object = read_positions(attribute_at_rest("POSITION"), vertices);
+  if (posed.normals_object.empty()) return rest;  // it is flat
+  Notes said_of_the_pose;
+  rest.normals_object = read_normals(attribute_at_rest("NORMAL"), vertices, rest, part.user, said_of_the_pose);
+  if (rest.normals_object.empty()) rest.normals_object.resize(rest.positions_object.size());
+  return rest;
 }
 
 // Set 0 is read even if no texture needs it, because the layer `uv` shows it; so is the set that
@@ -364,29 +388,6 @@ void MeshReader::morph(Part& part, const std::vector<double>& weights) const {
   for (const auto& entry : part.primitive.attributes)
     if (Morpher::reads(entry.first)) base[entry.first] = checked_attribute(part, entry.first, position_count);
   part.posed = morpher_.apply(part.primitive, weights, base, part.user);
-}
-
-std::vector<std::uint32_t> MeshReader::compact(TriangleIndices& indices, std::uint64_t vertex_count) {
-  std::uint64_t count = 0;
-  std::vector<bool> is_used(vertex_count);
-  for (std::size_t t = 0; t < indices.triangle_count() && count < vertex_count; ++t)
-    for (const std::uint32_t vertex : indices.triangle(t)) {
-      count += is_used[vertex] ? 0 : 1;
-      is_used[vertex] = true;
-    }
-  if (count == vertex_count) return {};  // there is nothing to leave out, so the file's own order stays
-  if (slot_of_vertex_.size() < vertex_count) slot_of_vertex_.resize(vertex_count, kNoSlot);
-  std::vector<std::uint32_t> used;
-  used.reserve(count);
-  for (std::size_t t = 0; t < indices.triangle_count(); ++t)
-    for (const std::uint32_t vertex : indices.triangle(t)) {
-      if (slot_of_vertex_[vertex] != kNoSlot) continue;
-      slot_of_vertex_[vertex] = static_cast<std::uint32_t>(used.size());
-      used.push_back(vertex);
-    }
-  indices.renumber(slot_of_vertex_);
-  for (const std::uint32_t vertex : used) slot_of_vertex_[vertex] = kNoSlot;
-  return used;
 }
 
 }  // namespace eikon

@@ -15,6 +15,7 @@
 #include "gltf/document/document.h"
 #include "gltf/geometry/draco_mesh.h"
 #include "gltf/geometry/morph.h"
+#include "gltf/geometry/triangles.h"
 #include "gltf/materials/materials.h"
 #include "gltf/skin/skins.h"
 #include "scene/notes.h"
@@ -72,6 +73,7 @@ class MeshReader {
     DracoMesh draco;     // empty if it is not compressed
     OwnAttributes posed;  // in place of the file's; empty if nothing moves it
     std::vector<bool> mirrored;  // by vertex of the file: its joints mirror it; empty if those of none do
+    std::shared_ptr<const Connections> connections;
   };
   /// Equal for primitives of the same geometry, if their triangles are neither compressed nor
   /// posed.
@@ -96,6 +98,10 @@ class MeshReader {
   [[nodiscard]] std::shared_ptr<const Connections> connections_of(Part& part, std::uint64_t vertex_count);
   [[nodiscard]] TriangleIndices read_indices(Part& part, std::uint64_t vertex_count);
   void read_surface(const Part& part, const VertexChoice& vertices, std::uint64_t position_count, Primitive& primitive);
+  void read_or_make_tangents(const Part& part, const VertexChoice& vertices, std::uint64_t position_count,
+                             Primitive& primitive);
+  /// Positions, normals and triangles of a posed primitive as they are in the file.
+  [[nodiscard]] Primitive at_rest(const Part& part, const VertexChoice& vertices, const Primitive& posed) const;
   void read_uv(const Part& part, const VertexChoice& vertices, std::uint64_t position_count, Primitive& primitive);
   void check_positions_once(const Part& part, const Accessor& positions);
   /// Adds the morph targets, and then lets the vertices follow their joints. Returns whether the
@@ -106,16 +112,13 @@ class MeshReader {
   /// The triangles of a primitive; those of which most corners are mirrored have two of their
   /// corners exchanged, so that their fronts stay in front.
   static TriangleIndices facing(const Connections& connections, const std::vector<bool>& mirrored);
-  /// Renumbers `indices` to the vertices they use; returns those, or nothing when they use all of
-  /// them.
-  std::vector<std::uint32_t> compact(TriangleIndices& indices, std::uint64_t vertex_count);
 
   Source source_;
   DracoDecoder draco_;
   bool quantized_ = false;                                      // the document uses KHR_mesh_quantization
   Morpher morpher_;
   std::vector<bool> positions_checked_;                         // per accessor
-  std::vector<std::uint32_t> slot_of_vertex_;                   // scratch of compact(); all kNoSlot between calls
+  VertexCompactor compact_;
   std::map<Accessors, std::vector<std::pair<MaterialNeeds, Primitive>>> known_;
   std::set<std::pair<std::uint32_t, std::size_t>> uv_missing_;  // material and set, each said once
 };

@@ -35,22 +35,26 @@ glm::dvec3 in_plane(const glm::dvec3& v, const glm::dvec3& normal) {
 Index next_corner(Index c) { return c % 3 == 2 ? c - 2 : c + 1; }
 Index last_corner(Index c) { return c % 3 == 0 ? c + 2 : c - 1; }
 
+/// The texture coordinates that tangents follow, by vertex.
+struct TextureCoordinates {
+  const SharedVector<glm::vec2>& uv;
+  std::array<float, 4> image_from_uv;
+};
+
 /// The primitive as triangles with a position, a normal and a texture coordinate at each corner.
 class Corners {
  public:
-  Corners(const Primitive& primitive, std::size_t uv_set, const std::array<float, 4>& image_from_uv)
-      : primitive_(primitive),
-        uv_(primitive.uv[uv_set]),
-        map_(image_from_uv),
-        flat_(primitive.normals_object.empty()) {}
+  Corners(const Primitive& primitive, const TriangleIndices& indices, const TextureCoordinates& texture)
+      : primitive_(primitive), indices_(indices), texture_(texture), flat_(primitive.normals_object.empty()) {}
 
-  [[nodiscard]] Index count() const { return static_cast<Index>(primitive_.indices.size()); }
-  [[nodiscard]] Index vertex(Index c) const { return primitive_.indices[c]; }
+  [[nodiscard]] Index count() const { return static_cast<Index>(indices_.size()); }
+  [[nodiscard]] Index vertex(Index c) const { return indices_[c]; }
   [[nodiscard]] bool flat() const { return flat_; }
   [[nodiscard]] const glm::vec3& position(Index c) const { return primitive_.positions_object[vertex(c)]; }
   [[nodiscard]] glm::vec2 uv(Index c) const {
-    const glm::vec2& uv = uv_[vertex(c)];
-    return {map_[0] * uv.x + map_[1] * uv.y, map_[2] * uv.x + map_[3] * uv.y};
+    const glm::vec2& uv = texture_.uv[vertex(c)];
+    const std::array<float, 4>& map = texture_.image_from_uv;
+    return {map[0] * uv.x + map[1] * uv.y, map[2] * uv.x + map[3] * uv.y};
   }
   [[nodiscard]] glm::vec3 normal(Index c) const {
     if (!flat_) return primitive_.normals_object[vertex(c)];
@@ -62,8 +66,8 @@ class Corners {
 
  private:
   const Primitive& primitive_;
-  const SharedVector<glm::vec2>& uv_;
-  std::array<float, 4> map_;  // image_from_uv
+  const TriangleIndices& indices_;
+  TextureCoordinates texture_;
   bool flat_;
 };
 
@@ -113,17 +117,22 @@ class Weld {
 };
 
 /// One run of the algorithm. Numbers of corners double as names of edges: edge c goes from corner c
-/// to the next.
+/// to the next. Groups are those of the mesh at rest, and directions those of its pose.
 class Tangents {
  public:
-  explicit Tangents(const Corners& corners) : corners_(corners), weld_(corners) {
+  /// posed   with the vertices at the corners that `rest` has
+  /// turned  per triangle, empty if none is: its corners go the other way round in its pose
+  Tangents(const Corners& rest, const Corners& posed, const std::vector<bool>& turned)
+      : corners_(rest), posed_(posed), turned_(turned), weld_(rest) {
     classify();
     find_neighbours();
     find_groups();
     fill_gaps();
   }
 
-  [[nodiscard]] const glm::vec4& operator[](Index c) const { return tangents_[tangent_of_corner_[c]]; }
+  [[nodiscard]] const glm::vec4& operator[](Index c) const { return tangents_[group_of_corner_[c]]; }
+  /// The group of a corner. The same in all poses.
+  [[nodiscard]] Index group(Index c) const { return group_of_corner_[c]; }
 
  private:
   // A `loose` triangle has no direction of its own in the texture and joins any group. Of a
@@ -139,7 +148,7 @@ class Tangents {
       const glm::vec3 &a = corners_.position(c), &b = corners_.position(c + 1), &d = corners_.position(c + 2);
       Kind& kind = kinds_[f];
       kind.collapsed = a == b || b == d || d == a;
-      const auto [area, s, t] = derivatives(f);
+      const auto [area, s, t] = derivatives(corners_, f);
       kind.preserves_orientation = area > 0;
       const bool has_area = is_not_zero(area);
       kind.loose =
@@ -151,12 +160,12 @@ class Tangents {
     double area;      // twice, signed, in the texture
     glm::dvec3 s, t;  // of the position by s and t, times `area`
   };
-  [[nodiscard]] Derivatives derivatives(Index f) const {
+  [[nodiscard]] static Derivatives derivatives(const Corners& corners, Index f) {
     const Index c = 3 * f;
-    const glm::dvec3 p(corners_.position(c));
-    const glm::dvec3 d1 = glm::dvec3(corners_.position(c + 1)) - p, d2 = glm::dvec3(corners_.position(c + 2)) - p;
-    const glm::dvec2 uv(corners_.uv(c));
-    glm::dvec2 t1 = glm::dvec2(corners_.uv(c + 1)) - uv, t2 = glm::dvec2(corners_.uv(c + 2)) - uv;
+    const glm::dvec3 p(corners.position(c));
+    const glm::dvec3 d1 = glm::dvec3(corners.position(c + 1)) - p, d2 = glm::dvec3(corners.position(c + 2)) - p;
+    const glm::dvec2 uv(corners.uv(c));
+    glm::dvec2 t1 = glm::dvec2(corners.uv(c + 1)) - uv, t2 = glm::dvec2(corners.uv(c + 2)) - uv;
     t1.y = -t1.y, t2.y = -t2.y;
     return {.area = t1.x * t2.y - t1.y * t2.x, .s = t2.y * d1 - t1.y * d2, .t = t1.x * d2 - t2.x * d1};
   }
@@ -199,10 +208,10 @@ class Tangents {
   }
 
   void find_groups() {
-    tangent_of_corner_.assign(corners_.count(), kNone);
+    group_of_corner_.assign(corners_.count(), kNone);
     for (Index c = 0; c < corners_.count(); ++c) {
       const Kind& kind = kinds_[c / 3];
-      if (kind.collapsed || kind.loose || tangent_of_corner_[c] != kNone) continue;
+      if (kind.collapsed || kind.loose || group_of_corner_[c] != kNone) continue;
       const bool orientation = kind.preserves_orientation;
       const glm::dvec3 sum = gather(c, orientation);
       add_tangent(sum, c, orientation);
@@ -219,11 +228,11 @@ class Tangents {
     while (!stack_.empty()) {
       const Index c = stack_.back();
       stack_.pop_back();
-      if (tangent_of_corner_[c] != kNone) continue;
+      if (group_of_corner_[c] != kNone) continue;
       Kind& kind = kinds_[c / 3];
       if (kind.loose && is_free(c / 3)) kind.preserves_orientation = orientation;
       if (kind.preserves_orientation != orientation) continue;
-      tangent_of_corner_[c] = group;
+      group_of_corner_[c] = group;
       if (!kind.loose) sum += weighted_direction(c);
       for (const Index edge : {neighbour_[c], neighbour_[last_corner(c)]}) {
         if (edge == kNone) continue;
@@ -236,21 +245,22 @@ class Tangents {
 
   // True if no group has a corner of a triangle yet.
   [[nodiscard]] bool is_free(Index f) const {
-    return tangent_of_corner_[3 * f] == kNone && tangent_of_corner_[3 * f + 1] == kNone &&
-           tangent_of_corner_[3 * f + 2] == kNone;
+    return group_of_corner_[3 * f] == kNone && group_of_corner_[3 * f + 1] == kNone &&
+           group_of_corner_[3 * f + 2] == kNone;
   }
 
   [[nodiscard]] glm::dvec3 weighted_direction(Index c) const {
-    const Derivatives derivative = derivatives(c / 3);
-    const glm::dvec3 normal(corners_.normal(c)), p(corners_.position(c));
+    const Derivatives derivative = derivatives(posed_, c / 3);
+    const glm::dvec3 normal(posed_.normal(c)), p(posed_.position(c));
     const glm::dvec3 s = in_plane(unit_or_zero(derivative.s) * (derivative.area > 0 ? 1.0 : -1.0), normal);
-    const glm::dvec3 to_last = in_plane(glm::dvec3(corners_.position(last_corner(c))) - p, normal);
-    const glm::dvec3 to_next = in_plane(glm::dvec3(corners_.position(next_corner(c))) - p, normal);
+    const glm::dvec3 to_last = in_plane(glm::dvec3(posed_.position(last_corner(c))) - p, normal);
+    const glm::dvec3 to_next = in_plane(glm::dvec3(posed_.position(next_corner(c))) - p, normal);
     return std::acos(std::clamp(glm::dot(to_last, to_next), -1.0, 1.0)) * s;
   }
 
   void add_tangent(const glm::dvec3& direction, Index corner, bool orientation) {
-    const glm::dvec3 normal(corners_.normal(corner));
+    const glm::dvec3 normal(posed_.normal(corner));
+    if (!turned_.empty() && turned_[corner / 3]) orientation = !orientation;
     // The reference code leaves the x axis where there is no direction; a normal map needs one
     // beside the normal.
     glm::dvec3 tangent = unit_or_zero(direction);
@@ -268,22 +278,24 @@ class Tangents {
     }
     for (const bool collapsed : {false, true}) {
       for (Index c = 0; c < corners_.count(); ++c) {
-        if (tangent_of_corner_[c] != kNone || kinds_[c / 3].collapsed != collapsed) continue;
+        if (group_of_corner_[c] != kNone || kinds_[c / 3].collapsed != collapsed) continue;
         if (collapsed && good_corner[weld_[c]] != kNone) {
-          tangent_of_corner_[c] = tangent_of_corner_[good_corner[weld_[c]]];
+          group_of_corner_[c] = group_of_corner_[good_corner[weld_[c]]];
           continue;
         }
-        tangent_of_corner_[c] = static_cast<Index>(tangents_.size());
+        group_of_corner_[c] = static_cast<Index>(tangents_.size());
         add_tangent(glm::dvec3(0.0), c, true);
       }
     }
   }
 
-  const Corners& corners_;
+  const Corners& corners_;  // at rest
+  const Corners& posed_;
+  const std::vector<bool>& turned_;
   Weld weld_;
   std::vector<Kind> kinds_;       // per triangle
   std::vector<Index> neighbour_;  // per edge: the same edge of the next triangle, or kNone
-  std::vector<Index> tangent_of_corner_;
+  std::vector<Index> group_of_corner_;
   std::vector<glm::vec4> tangents_;
   std::vector<Index> stack_;
 };
@@ -296,6 +308,17 @@ void repeat(SharedVector<T>& shared, const std::vector<Index>& which) {
   for (const Index i : which) values.push_back(values[i]);
 }
 
+/// The triangles whose corners go the other way round than at rest; empty if none do.
+std::vector<bool> turned_triangles(const TriangleIndices& at_rest, const TriangleIndices& posed) {
+  std::vector<bool> turned;
+  for (Index f = 0; f < at_rest.triangle_count(); ++f) {
+    if (at_rest[3 * f + 1] == posed[3 * f + 1]) continue;
+    turned.resize(at_rest.triangle_count());
+    turned[f] = true;
+  }
+  return turned;
+}
+
 }  // namespace
 
 void mark_tangents(Primitive& primitive) {
@@ -303,22 +326,20 @@ void mark_tangents(Primitive& primitive) {
   primitive.tangents_object.assign(primitive.positions_object.size(), glm::vec4(0.0F));
 }
 
-void make_tangents(Primitive& primitive, std::size_t uv_set, const std::array<float, 4>& image_from_uv) {
+void make_tangents(Primitive& primitive, const TangentSource& source, const Primitive* at_rest) {
   if (primitive.indices.size() >= kNone) throw InputError("a mesh of more than 2^32 corners; split it");
-  const Corners corners(primitive, uv_set, image_from_uv);
-  const Tangents tangents(corners);
+  const Primitive& shape = at_rest != nullptr ? *at_rest : primitive;
+  const TextureCoordinates texture{primitive.uv[source.uv_set], source.image_from_uv};
+  const Corners corners(shape, shape.indices, texture), posed(primitive, shape.indices, texture);
+  const std::vector<bool> turned = turned_triangles(shape.indices, primitive.indices);
+  const Tangents tangents(corners, posed, turned);
 
-  // Corners of a vertex with the same tangent stay together; the first of them keep its number.
+  // Corners of a vertex in the same group stay together; the first group keeps its number.
   std::vector<Index> order(corners.count());
   std::iota(order.begin(), order.end(), Index{0});
-  const auto bits = [&](Index c) {
-    const glm::vec4& t = tangents[c];
-    return std::array<float, 4>{t.x, t.y, t.z, t.w};
-  };
   tbb::parallel_sort(order.begin(), order.end(), [&](Index a, Index b) {
     if (corners.vertex(a) != corners.vertex(b)) return corners.vertex(a) < corners.vertex(b);
-    const auto bits_a = bits(a), bits_b = bits(b);
-    return bits_a != bits_b ? bits_a < bits_b : a < b;
+    return tangents.group(a) != tangents.group(b) ? tangents.group(a) < tangents.group(b) : a < b;
   });
   const std::size_t vertex_count = primitive.positions_object.size();
   std::vector<Index> split, new_index(corners.count());
@@ -328,7 +349,7 @@ void make_tangents(Primitive& primitive, std::size_t uv_set, const std::array<fl
     if (i == 0 || vertex != corners.vertex(order[i - 1])) {
       new_index[c] = vertex;
       result[vertex] = tangents[c];
-    } else if (bits(c) == bits(order[i - 1])) {
+    } else if (tangents.group(c) == tangents.group(order[i - 1])) {
       new_index[c] = new_index[order[i - 1]];
     } else {
       if (vertex_count + split.size() >= kNone) throw InputError("a mesh of more than 2^32 vertices; split it");
@@ -337,6 +358,8 @@ void make_tangents(Primitive& primitive, std::size_t uv_set, const std::array<fl
       result.push_back(tangents[c]);
     }
   }
+  for (Index f = 0; f < turned.size(); ++f)
+    if (turned[f]) std::swap(new_index[3 * f + 1], new_index[3 * f + 2]);
   primitive.indices = std::move(new_index);
   repeat(primitive.positions_object, split);
   repeat(primitive.normals_object, split);

@@ -7,8 +7,15 @@
 
 namespace eikon {
 
-/// Makes the tangents of a primitive from its positions, normals and set `uv_set` of texture
-/// coordinates, as the bakers of normal maps do. A vertex at which they differ becomes several; the
+/// The texture coordinates that tangents are made from.
+struct TangentSource {
+  std::size_t uv_set = 0;
+  // Rows of the linear map from them to the image whose axes the tangents follow; it has an inverse.
+  std::array<float, 4> image_from_uv{1, 0, 0, 1};
+};
+
+/// Makes the tangents of a primitive from its positions, normals and texture coordinates, as the
+/// bakers of normal maps do. A vertex at which they differ becomes several; the
 /// order of the triangles stays. Without normals the tangents lie in the triangles.
 ///
 /// The frame at a corner is the mean, weighted by the angle there, over the triangles that share
@@ -22,10 +29,12 @@ namespace eikon {
 /// their neighbours, those whose corners coincide that of a good corner there. Where nothing is
 /// left to take, the tangent is the x axis brought into the plane of the normal (in his code the x
 /// axis itself, which may be the normal), and w is 1.
-/// image_from_uv  rows of the linear map from the texture coordinates to the image whose axes the
-///                tangents follow; it has an inverse
+/// at_rest  positions, normals and triangles as they are in the file, if morph targets or joints have
+///          moved `primitive`; null: it stands as it is there. Which triangles share a tangent is
+///          decided at rest, so a vertex becomes the same ones in every pose. A triangle of
+///          `primitive` may have its last two corners exchanged.
 /// throws InputError above 2^32 corners
-void make_tangents(Primitive& primitive, std::size_t uv_set, const std::array<float, 4>& image_from_uv = {1, 0, 0, 1});
+void make_tangents(Primitive& primitive, const TangentSource& source, const Primitive* at_rest = nullptr);
 
 /// Refuses what make_tangents refuses, and sets tangents of 0: for those who only want to know that
 /// there are some.

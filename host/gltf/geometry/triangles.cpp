@@ -61,4 +61,27 @@ TriangleIndices read_triangles(const Accessor* indices, TriangleMode mode, std::
   return TriangleIndices(source);
 }
 
+std::vector<std::uint32_t> VertexCompactor::renumber(TriangleIndices& indices, std::uint64_t vertex_count) {
+  std::uint64_t count = 0;
+  std::vector<bool> is_used(vertex_count);
+  for (std::size_t t = 0; t < indices.triangle_count() && count < vertex_count; ++t)
+    for (const std::uint32_t vertex : indices.triangle(t)) {
+      count += is_used[vertex] ? 0 : 1;
+      is_used[vertex] = true;
+    }
+  if (count == vertex_count) return {};  // there is nothing to leave out, so the file's own order stays
+  if (slot_.size() < vertex_count) slot_.resize(vertex_count, kNoSlot);
+  std::vector<std::uint32_t> used;
+  used.reserve(count);
+  for (std::size_t t = 0; t < indices.triangle_count(); ++t)
+    for (const std::uint32_t vertex : indices.triangle(t)) {
+      if (slot_[vertex] != kNoSlot) continue;
+      slot_[vertex] = static_cast<std::uint32_t>(used.size());
+      used.push_back(vertex);
+    }
+  indices.renumber(slot_);
+  for (const std::uint32_t vertex : used) slot_[vertex] = kNoSlot;
+  return used;
+}
+
 }  // namespace eikon

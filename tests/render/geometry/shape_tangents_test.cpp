@@ -121,7 +121,7 @@ Film film_with(const Pair& pair, As as, const glm::dmat4& place, Material materi
     scene.shapes.push_back(shape);
   } else {
     Primitive primitive = pair.triangles();
-    make_tangents(primitive, 0);
+    make_tangents(primitive, {});
     Node& node = add_mesh(scene, pair.what, std::move(primitive), material);
     node.world_from_object = place;
     node.mirrored = glm::determinant(glm::dmat3(place)) < 0;

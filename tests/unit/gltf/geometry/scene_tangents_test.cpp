@@ -218,7 +218,7 @@ const std::vector<Row>& blender_rows() {
 TEST(SceneTangents, agree_with_mikkelsens_own_code_over_mirror_lines_and_seams) {
   Primitive primitive;
   for (const Row& row : blender_rows()) add_corner(primitive, row.position, row.normal, row.uv);
-  make_tangents(primitive, 0);
+  make_tangents(primitive, {});
   for (std::size_t c = 0; c < blender_rows().size(); ++c) {
     const glm::vec4& want = blender_rows()[c].tangent;
     if (c / 3 != 5) {
@@ -236,7 +236,7 @@ TEST(SceneTangents, agree_with_a_slow_reference_and_are_unit_and_across_their_no
   for (const std::uint32_t seed : {1U, 2U, 3U}) {
     Primitive primitive = wavy_sheet(7, seed);
     const std::vector<glm::vec4> want = slow_reference(primitive);
-    make_tangents(primitive, 0);
+    make_tangents(primitive, {});
     ASSERT_EQ(primitive.tangents_object.size(), primitive.positions_object.size());
     int mirrored = 0;
     for (std::size_t c = 0; c < want.size(); ++c) {
@@ -254,7 +254,7 @@ TEST(SceneTangents, agree_with_a_slow_reference_and_are_unit_and_across_their_no
 TEST(SceneTangents, do_not_depend_on_the_order_of_triangles_corners_and_vertices) {
   const Primitive sheet = wavy_sheet(9, 4);
   Primitive first = sheet;
-  make_tangents(first, 0);
+  make_tangents(first, {});
   std::mt19937 random(5);
   std::vector<std::uint32_t> triangles(sheet.indices.size() / 3), vertices(sheet.positions_object.size());
   std::iota(triangles.begin(), triangles.end(), 0U);
@@ -272,7 +272,7 @@ TEST(SceneTangents, do_not_depend_on_the_order_of_triangles_corners_and_vertices
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) second.indices.push_back(place[sheet.indices[3 * triangles[t] + (k + t) % 3]]);
   }
-  make_tangents(second, 0);
+  make_tangents(second, {});
   EXPECT_EQ(first.positions_object.size(), second.positions_object.size());
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
@@ -288,7 +288,7 @@ TEST(SceneTangents, point_right_in_the_image_with_the_bitangent_up) {
        {glm::vec2(0, 0), glm::vec2(1, 0), glm::vec2(1, 1), glm::vec2(0, 0), glm::vec2(1, 1), glm::vec2(0, 1)}) {
     add_corner(square, glm::vec3(at, 0), glm::vec3(0, 0, 1), glm::vec2(at.x, 1 - at.y));
   }
-  make_tangents(square, 0);
+  make_tangents(square, {});
   EXPECT_EQ(square.positions_object.size(), 6U);
   for (std::size_t c = 0; c < 6; ++c) EXPECT_LT(distance(tangent_at(square, c), glm::vec4(1, 0, 0, 1)), 1e-6);
 }
@@ -304,7 +304,7 @@ TEST(SceneTangents, a_mirrored_texture_splits_the_vertices_on_the_line_with_all_
   }
   primitive.indices = {0, 1, 4, 0, 4, 3, 1, 2, 5, 1, 5, 4};
   const Primitive before = primitive;
-  make_tangents(primitive, 0);
+  make_tangents(primitive, {});
   ASSERT_EQ(primitive.positions_object.size(), 8U);  // the two on the line, twice
   for (const auto& size : {primitive.normals_object.size(), primitive.uv[0].size(), primitive.uv[1].size(),
                            primitive.colors.size(), primitive.tangents_object.size()}) {
@@ -339,11 +339,11 @@ TEST(SceneTangents, corners_weigh_by_their_angle) {
   const std::vector<glm::vec4> own = [&] {
     Primitive alone;
     for (std::size_t c = 3; c < 6; ++c) add_corner(alone, primitive.positions_object[c], z, primitive.uv[0][c]);
-    make_tangents(alone, 0);
+    make_tangents(alone, {});
     return alone.tangents_object;
   }();
   EXPECT_LT(distance(own[0], glm::vec4(std::cos(turn), std::sin(turn), 0, 1)), 1e-5);
-  make_tangents(primitive, 0);
+  make_tangents(primitive, {});
   // dx/ds of `plain`: (u, -v) = (x, x + y), so s moves by (1, -1).
   const glm::dvec2 sum = glm::normalize(glm::dvec2(1, -1)) * (pi / 2) + glm::dvec2(own[0].x, own[0].y) * (pi / 6);
   EXPECT_LT(distance(tangent_at(primitive, 0), glm::vec4(glm::vec2(glm::normalize(sum)), 0, 1)), 1e-6);
@@ -357,7 +357,7 @@ TEST(SceneTangents, degenerate_triangles_take_the_frame_of_their_neighbours) {
   primitive.normals_object.assign(4, z);
   primitive.uv[0] = {{0, 1}, {0, 0}, {1, 1}, {0.5F, 0.5F}};  // s along y; vertex 3 lies on the edge 1-2 of the texture
   primitive.indices = {0, 1, 2, 2, 1, 3, 0, 0, 2};
-  make_tangents(primitive, 0);
+  make_tangents(primitive, {});
   EXPECT_EQ(primitive.positions_object.size(), 4U);
   for (std::size_t c = 0; c < 9; ++c) {
     if (c == 5) continue;  // the corner that no good triangle shares
@@ -372,7 +372,7 @@ TEST(SceneTangents, without_any_direction_in_the_texture_there_is_still_one_acro
   for (std::size_t k = 0; k < 3; ++k) {
     add_corner(primitive, glm::vec3(0, k == 1, k == 2), normals[k], glm::vec2(0.5F, 0.5F));
   }
-  make_tangents(primitive, 0);
+  make_tangents(primitive, {});
   for (std::size_t k = 0; k < 3; ++k) {
     const glm::vec3 tangent(tangent_at(primitive, k));
     EXPECT_NEAR(static_cast<double>(glm::length(tangent)), 1.0, 1e-6);
@@ -386,7 +386,7 @@ TEST(SceneTangents, without_normals_they_lie_in_their_triangles) {
   sheet.normals_object.clear();
   const eikon::TriangleIndices before = sheet.indices;
   const std::vector<glm::vec3> positions = sheet.positions_object;
-  make_tangents(sheet, 0);
+  make_tangents(sheet, {});
   EXPECT_TRUE(sheet.normals_object.empty());
   for (std::size_t c = 0; c < sheet.indices.size(); ++c) {
     const auto corner = [&](std::size_t k) { return sheet.positions_object[sheet.indices[c / 3 * 3 + k]]; };
@@ -413,7 +413,7 @@ TEST(SceneTangents, a_vertex_with_countless_triangles_takes_neither_the_stack_no
       for (const std::uint32_t k : {0U, 1 + first, 2 + first}) fan.indices.push_back(k);
     }
     fan.normals_object.assign(fan.positions_object.size(), glm::vec3(0, 0, 1));
-    make_tangents(fan, 0);
+    make_tangents(fan, {});
     EXPECT_LT(distance(tangent_at(fan, 0), glm::vec4(1, 0, 0, -1)), 0.05);
   }
   // An edge with countless triangles on the same side.
@@ -425,7 +425,7 @@ TEST(SceneTangents, a_vertex_with_countless_triangles_takes_neither_the_stack_no
     book.uv[0].emplace_back(1, 0);
     for (const std::uint32_t k : {0U, 1U, 2 + i}) book.indices.push_back(k);
   }
-  make_tangents(book, 0);
+  make_tangents(book, {});
   EXPECT_EQ(book.tangents_object.size(), book.positions_object.size());
 }
 
