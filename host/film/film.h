@@ -197,6 +197,8 @@ class Film {
   void row_means(std::uint32_t y, std::uint32_t channel, float* means) const;
   /// The number of samples over all replicates.
   [[nodiscard]] std::uint64_t samples(std::uint32_t x, std::uint32_t y) const;
+  /// Samples of a pixel, the mean over the crop.
+  [[nodiscard]] double mean_samples() const;
 
   /// Predicts the relMSE (eps 1e-2) over R, G, B and all pixels that `compare` would find against
   /// the true image; film_error.cpp states the assumptions. It takes about 0.5 us per pixel, so it

@@ -156,7 +156,7 @@ struct Uncertainty {
 class PixelErrors {
  public:
   /// replicates: of the image; lamps are told from outliers where there are two
-  /// samples: of a pixel
+  /// samples: of a pixel, on average
   PixelErrors(int width, int height, std::uint32_t replicates, double samples)
       : error_(width, height),
         disputed_(width, height),
@@ -287,7 +287,7 @@ class PixelErrors {
   std::atomic<int> once_{0}, twice_{0};  // channels of pixels that are bright and alone in one replicate, and in both
 };
 
-/// The mean over all pixels, and its interval. samples: of a pixel
+/// The mean over all pixels, and its interval. samples: of a pixel, on average
 PredictedError interval_of(const Plane& error, const Uncertainty& uncertain, const Doubt& doubt, double samples) {
   const auto pixels = static_cast<double>(error.values.size());
   double sum = 0, squares = 0, differences = 0, previous = 0;
@@ -336,10 +336,18 @@ double PredictedError::upper(double probability) const {
   return relmse * std::exp(std::hypot(normal_quantile(probability) * scatter, bias));
 }
 
+double Film::mean_samples() const {
+  const Crop& crop = layout_.crop;
+  std::uint64_t sum = 0;
+  for (std::uint32_t y = crop.y0; y < crop.y1; ++y)
+    for (std::uint32_t x = crop.x0; x < crop.x1; ++x) sum += samples(x, y);
+  return static_cast<double>(sum) / static_cast<double>(std::uint64_t{crop.width()} * crop.height());
+}
+
 PredictedError Film::predicted_error() const {
   const Crop& crop = layout_.crop;
   const int width = static_cast<int>(crop.width()), height = static_cast<int>(crop.height());
-  const auto samples = static_cast<double>(this->samples(crop.x0, crop.y0));
+  const double samples = mean_samples();
   PixelErrors errors(width, height, layout_.replicates, samples);
   std::atomic<bool> known{true}, lit{false};
   // In bands of rows, whose numbers stay in the processor's caches. Each pixel writes only its own

@@ -207,6 +207,27 @@ TEST(PredictedError, of_lamps_smaller_than_pixels_is_at_least_that_or_right) {
   EXPECT_NEAR(measure(at_small_lamps, 32, 2, 64, 12).mean_ratio, 1, 0.2);
 }
 
+// As after --time, or where windows of other samples were merged: one pixel decides nothing.
+TEST(PredictedError, of_pixels_with_other_numbers_of_samples_goes_by_their_mean) {
+  std::mt19937_64 random(16);
+  int with_both_ends = 0;
+  for (int run = 0; run < 5; ++run) {
+    Film film = draw_film(at_small_lamps, 32, 2, 64, random);
+    const PredictedError even = film.predicted_error();
+    for (std::uint32_t r = 0; r < 2; ++r) {
+      for (std::uint32_t c = 0; c < 3; ++c) film.set(0, 0, r, c, to_fixed(0.1F));
+      film.set_count(0, 0, r, 1);
+    }
+    const PredictedError uneven = film.predicted_error();
+    EXPECT_NEAR(uneven.relmse, even.relmse, 0.02 * even.relmse);
+    EXPECT_EQ(std::isfinite(uneven.hi), std::isfinite(even.hi));
+    if (!std::isfinite(even.hi)) continue;
+    EXPECT_NEAR(uneven.hi, even.hi, 0.02 * even.hi);
+    ++with_both_ends;
+  }
+  EXPECT_GE(with_both_ends, 3);
+}
+
 // Outliers as bright as those lamps, anywhere: here the surroundings are right.
 TEST(PredictedError, of_outliers_is_that_of_their_surroundings) {
   const Model outliers = [](auto, auto) { return wall_with(10, 4e-3); };
