@@ -103,7 +103,8 @@ void add_diagnosis_flags(CommandFlags& flags, RenderOptions& options) {
                [&](const std::string& text) { options.sample = parse_unsigned("--sample", text, kMostSamples - 1); });
   flags.choice({"--progress", "HOW", "bar, on a terminal; openjd: lines on stdout for Open Job Description [bar]"},
                options.progress, {"bar", "openjd"});
-  flags.toggle("--quiet", "print no notes, no progress and no stage table", options.quiet);
+  flags.toggle("--quiet", "print no notes about the scene, no progress and no stage table; warnings stay",
+               options.quiet);
 }
 
 FrameRange parse_frames(const std::string& text) {

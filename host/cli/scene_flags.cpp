@@ -122,7 +122,8 @@ void parse_aovs(const std::string& text, std::vector<std::string>& aovs) {
 }
 
 void add_camera_flags(CommandFlags& flags, SceneOptions& options) {
-  flags.text({"--camera", "NAME|INDEX", "camera of the scene [the first]"}, options.camera);
+  flags.text({"--camera", "NAME|INDEX", "camera of the scene, by its name or its index from 0 [the first]"},
+             options.camera);
   flags.parsed({"--look-at", "EYE:TARGET[:UP]", "a perspective camera of your own; each point is x,y,z in metres"},
                [&](const std::string& text) { options.look_at = parse_look_at(text); });
   flags.parsed({"--fov", "DEGREES", "vertical field of view of a perspective camera"},

@@ -144,8 +144,7 @@ void RenderJob::render(const std::atomic<bool>& stop, RenderHooks hooks) {
     viewer_->attach(hooks);
   }
   if (!options_.report.empty()) hooks.error_share = kReportErrorShare;
-  if (!options_.stats.empty() || !options_.report.empty())
-    facts_ = facts_of(prepared_, options_.execution, options_.command);
+  if (!options_.stats.empty() || !options_.report.empty()) facts_ = facts_of(prepared_, options_.command);
   try {
     done_ = render_scene(stop, std::move(hooks));
   } catch (const NoDeviceLeft& error) {

@@ -49,7 +49,9 @@ void Features::set_two_level(bool on, const std::string& reason) {
 }
 
 void Features::set_guiding(bool guiding, bool path_log) {
-  entries_[std::size_t(Feature::guiding)].on = guiding;
+  FeatureEntry& entry = entries_[std::size_t(Feature::guiding)];
+  entry.on = guiding;
+  entry.reason = guiding ? "the pilot found that it pays" : "the pilot left it out";
   entries_[std::size_t(Feature::path_log)].on = path_log;
 }
 

@@ -237,7 +237,7 @@ bool is_nothing_left(const RenderHooks& hooks, const Settings& settings) {
 RenderOutput output_of(FilmState done, const Features& features) {
   RenderReport report;
   report.samples_before = done.sample_set.sample_count();
-  report.features = features.summary();
+  report.set_features(features);
   return {std::move(done), std::move(report)};
 }
 
@@ -273,7 +273,7 @@ void fill_report(RenderReport& report, DeviceSessions& sessions, const Wavefront
     report.compile_s = std::max(report.compile_s, device.compile_s);
     report.upload_s = std::max(report.upload_s, device.upload_s);
   }
-  report.features = devices.features.summary();
+  report.set_features(devices.features);
   report.triangles = devices.packed->instanced_triangle_count();
   report.geometry_bytes = devices.packed->bytes(layout);
   const auto tree = devices.packed->accels.find(layout);

@@ -14,6 +14,7 @@
 
 #include "core/error.h"
 #include "device/device_pool.h"
+#include "pack/features.h"
 #include "pack/settings.h"
 #include "render/device_report.h"
 #include "render/film_store.h"
@@ -45,7 +46,12 @@ struct RenderReport : RenderTotals {
   std::uint64_t samples_before = 0;  // samples that the render began with (RenderHooks::begin_with)
   End end = End::all_done;
   [[nodiscard]] bool interrupted() const { return end == End::interrupted; }
-  std::string features;              // Features::summary() of the kernels
+  std::string features;                       // of the kernels: Features::summary()
+  std::vector<FeatureEntry> feature_entries;  // each with the reason why the kernels have it or not
+  void set_features(const Features& of_kernels) {
+    features = of_kernels.summary();
+    feature_entries = of_kernels.entries();
+  }
   std::uint64_t triangles = 0;       // with each instance counted
   std::uint64_t geometry_bytes = 0;  // of the packed scene, with the tree of the first device
   bool reinserted = false;           // that tree was improved by reinsertion, because many rays were expected

@@ -215,6 +215,11 @@ void print_contents(const Contents& contents) {
     fmt::print("  bounds ({:g}, {:g}, {:g}) to ({:g}, {:g}, {:g}) m\n", packed.bounds.lo.x, packed.bounds.lo.y,
                packed.bounds.lo.z, packed.bounds.hi.x, packed.bounds.hi.y, packed.bounds.hi.z);
   fmt::print("  image {} x {}, camera '{}'\n", prepared.settings.width, prepared.settings.height, prepared.camera_name);
+  if (scene.cameras.size() > 1) {
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < scene.cameras.size(); ++i) names.push_back(label("camera", i, scene.cameras[i].name));
+    fmt::print("cameras (--camera NAME|INDEX)\n  {}\n", fmt::join(names, ", "));
+  }
   if (!scene.variants.empty()) {
     std::vector<std::string> names;
     for (const std::string& name : scene.variants) names.push_back(in_quotes(name));

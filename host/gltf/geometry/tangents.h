@@ -10,7 +10,8 @@ namespace eikon {
 /// The texture coordinates that tangents are made from.
 struct TangentSource {
   std::size_t uv_set = 0;
-  // Rows of the linear map from them to the image whose axes the tangents follow; it has an inverse.
+  // Rows of the linear map from them to the image whose axes the tangents follow; it has an
+  // inverse.
   std::array<float, 4> image_from_uv{1, 0, 0, 1};
 };
 
@@ -29,9 +30,9 @@ struct TangentSource {
 /// their neighbours, those whose corners coincide that of a good corner there. Where nothing is
 /// left to take, the tangent is the x axis brought into the plane of the normal (in his code the x
 /// axis itself, which may be the normal), and w is 1.
-/// at_rest  positions, normals and triangles as they are in the file, if morph targets or joints have
-///          moved `primitive`; null: it stands as it is there. Which triangles share a tangent is
-///          decided at rest, so a vertex becomes the same ones in every pose. A triangle of
+/// at_rest  positions, normals and triangles as they are in the file, if morph targets or joints
+///          have moved `primitive`; null: it stands as it is there. Which triangles share a tangent
+///          is decided at rest, so a vertex becomes the same ones in every pose. A triangle of
 ///          `primitive` may have its last two corners exchanged.
 /// throws InputError above 2^32 corners
 void make_tangents(Primitive& primitive, const TangentSource& source, const Primitive* at_rest = nullptr);

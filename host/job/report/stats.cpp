@@ -143,13 +143,13 @@ json scene_json(const Scene& scene, const RenderFacts& facts) {
 
 }  // namespace
 
-RenderFacts facts_of(const Prepared& prepared, const Execution& execution, const std::string& command) {
+RenderFacts facts_of(const Prepared& prepared, const std::string& command) {
   const Scene& scene = *prepared.scene;
   std::map<std::string, std::uint64_t> contents = {
       {"nodes", scene.nodes.size()},         {"meshes", scene.meshes.size()},         {"shapes", scene.shapes.size()},
       {"materials", scene.materials.size()}, {"images", scene.images.size()},         {"lights", scene.lights.size()},
       {"cameras", scene.cameras.size()},     {"animations", scene.animations.size()}, {"skins", scene.skins.size()}};
-  return {command, std::move(contents), features_of(scene, prepared.settings, execution).entries()};
+  return {command, std::move(contents)};
 }
 
 // stats_schema.json documents each field; a test holds the two together.
@@ -163,7 +163,7 @@ json stats_json(const RenderOutput& done, const PredictedError& error, const Pre
       {"version", "eikon " EIKON_VERSION},
       {"command", facts.command},
       {"settings", settings_json(prepared)},
-      {"ledger", feature_list_json(facts.features)},  // this name is part of schema version 2
+      {"ledger", feature_list_json(report.feature_entries)},  // this name is part of schema version 2
       {"scene", scene_json(*prepared.scene, facts)},
       {"size", {settings.width, settings.height}},
       {"sample_range", {settings.sample_begin, settings.sample_end}},

@@ -24,11 +24,10 @@ struct CommandTimes {
 struct RenderFacts {
   std::string command;                            // as the user gave it
   std::map<std::string, std::uint64_t> contents;  // of the scene: how many it has of what
-  std::vector<FeatureEntry> features;
 };
 
-/// The facts of a scene and its settings, to be found before the render frees the scene's meshes.
-[[nodiscard]] RenderFacts facts_of(const Prepared& prepared, const Execution& execution, const std::string& command);
+/// The facts of a scene, to be found before the render frees the scene's meshes.
+[[nodiscard]] RenderFacts facts_of(const Prepared& prepared, const std::string& command);
 
 inline constexpr int kStatsSchemaVersion = 2;  // of stats_schema.json
 

@@ -2,6 +2,7 @@
 // The pilot of a render, as a user meets it: --pilot, faults, signals and clocks while it runs.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <thread>
@@ -37,6 +38,12 @@ TEST(PilotOption, the_first_render_writes_it_and_others_have_the_same_bits_by_it
   EXPECT_EQ(identity(here / "p"), written) << "it was written again";
   EXPECT_TRUE(same(here, "first.exr", "none.exr"));
   EXPECT_TRUE(same(here, "second.exr", "none.exr"));
+  for (const char* stats : {"first.json", "second.json"}) {  // of the kernels as they are after the pilot
+    const json features = read_json(here / stats).at("ledger");
+    EXPECT_TRUE(std::ranges::any_of(features, [](const json& entry) {
+      return entry.at("name") == "guiding" && entry.at("on") == true;
+    })) << stats;
+  }
   const json first = read_json(here / "first.json").at("pilot"), second = read_json(here / "second.json").at("pilot");
   EXPECT_FALSE(first.at("loaded").get<bool>());
   EXPECT_TRUE(second.at("loaded").get<bool>());
