@@ -7,6 +7,7 @@
 
 #include "film/layers.h"
 #include "pack/materials/camera_medium.h"
+#include "pack/origin.h"
 #include "scene/endless.h"
 
 namespace eikon {
@@ -130,7 +131,8 @@ void append_projection(const Camera& camera, const Settings& settings, std::vect
 
 }  // namespace
 
-std::vector<float> camera_pose_words(const Settings& settings) {
+std::vector<float> camera_pose_words(const PackedScene& packed, const Settings& in_world) {
+  const Settings settings = seen_from_origin(in_world, packed.origin);
   std::vector<float> words;
   for (const Camera& camera : settings.camera_poses) {
     Frame frame{};
@@ -145,8 +147,10 @@ std::vector<float> camera_pose_words(const Settings& settings) {
   return words;
 }
 
-Frame pack_frame(const PackedScene& packed, const Settings& settings) {
+Frame pack_frame(const PackedScene& packed, const Settings& in_world) {
+  const Settings settings = seen_from_origin(in_world, packed.origin);
   Frame frame{};
+  frame.origin = pack_vector(packed.origin);
   const Camera& camera = settings.camera;
   const glm::dvec3 eye(camera.world_from_camera[3]), back = glm::normalize(glm::dvec3(camera.world_from_camera[2]));
   // A camera that moves keeps its plane, so that distances along rays are those from where it is.

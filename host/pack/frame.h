@@ -11,7 +11,7 @@ namespace eikon {
 /// EK_CAMERA_POSE_WORDS for each of Settings::camera_poses, as kernels/film/camera.h reads them;
 /// behind them, for the layer `motion`, the camera's EK_MOTION_CAMERA_WORDS in this frame and in
 /// the next one (kernels/film/motion_vector.h).
-[[nodiscard]] std::vector<float> camera_pose_words(const Settings& settings);
+[[nodiscard]] std::vector<float> camera_pose_words(const PackedScene& packed, const Settings& settings);
 
 /// The frame of a unit with these samples of each of its pixels.
 [[nodiscard]] Frame unit_frame(Frame frame, std::uint64_t sample_begin, std::uint64_t sample_end,

@@ -2,6 +2,7 @@
 #include "pack/pack.h"
 
 #include "core/clock.h"
+#include "pack/origin.h"
 #include "pack/pack_parts.h"
 #include "scene/scene_memory.h"
 
@@ -40,9 +41,10 @@ std::uint64_t PackedScene::bytes(const std::string& layout) const {
          (accel == accels.end() ? 0 : accel->second.bytes());
 }
 
+namespace {
+
 /// release: as of pack_geometry
-static PackedScene pack(const Scene& scene, std::vector<Mesh>* release, const Features& features,
-                        const Settings& settings) {
+PackedScene pack(const Scene& scene, std::vector<Mesh>* release, const Features& features, const Settings& settings) {
   PackedScene packed;
   packed.pose_steps = scene.shutter.steps;
   pack_materials(scene, features, packed);
@@ -54,15 +56,26 @@ static PackedScene pack(const Scene& scene, std::vector<Mesh>* release, const Fe
   return packed;
 }
 
+}  // namespace
+
 PackedScene pack_scene(const Scene& scene, const Features& features, const Settings& settings) {
-  return pack(scene, nullptr, features, settings);
+  const glm::dvec3 origin = origin_of(scene);
+  if (origin == glm::dvec3(0)) return pack(scene, nullptr, features, settings);
+  // The copy shares geometry and pictures with the scene.
+  PackedScene packed = pack(seen_from_origin(scene, origin), nullptr, features, settings);
+  packed.origin = origin;
+  return packed;
 }
 
 PackedScene pack_and_release(Scene& scene, const Features& features, const Settings& settings) {
   if (scene.memory) scene.memory->forget_primitives();
+  const glm::dvec3 origin = origin_of(scene);
+  if (origin != glm::dvec3(0)) scene = seen_from_origin(std::move(scene), origin);
   PackedScene packed = pack(scene, &scene.meshes, features, settings);
+  packed.origin = origin;
   scene.poses.clear();
   scene.next.reset();
+  if (origin != glm::dvec3(0)) scene = seen_from_origin(std::move(scene), -origin);
   return packed;
 }
 

@@ -84,7 +84,8 @@ struct PackedScene {
   std::uint64_t two_level_saving = 0;   // rough bytes that two levels would save; 0 if there are two
   float environment_probability = 0;    // that light sampling chooses the environment
   float environment_emission = 0;       // that a light path starts from its map, over that probability
-  Bounds bounds;                        // of the triangles and shapes; empty when there are none
+  glm::dvec3 origin{0.0};               // world: where the coordinates of all that is here begin (origin.h)
+  Bounds bounds;                        // of the triangles and shapes, from `origin`; empty when there are none
   double build_s = 0;                   // time to build the trees
 
   [[nodiscard]] std::uint64_t texel_count() const;

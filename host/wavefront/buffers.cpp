@@ -208,8 +208,9 @@ bool have_same_texels(const PackedScene& a, const PackedScene& b) {
   return std::ranges::equal(a.texels, b.texels, same);
 }
 
-bool replace_camera(Device& device, const Settings& settings, std::vector<float>& poses, Arguments& arguments) {
-  std::vector<float> words = camera_pose_words(settings);
+bool replace_camera(Device& device, const PackedScene& scene, const Settings& settings, std::vector<float>& poses,
+                    Arguments& arguments) {
+  std::vector<float> words = camera_pose_words(scene, settings);
   if (words == poses) return false;
   device.finish();
   poses = std::move(words);

@@ -88,7 +88,8 @@ std::uint64_t upload_texels(Device& device, const PackedScene& scene, Arguments&
 /// Makes the buffer of a moving camera's poses anew if those of the settings are others.
 /// poses  those on the device, which must live as long as the buffer; receives the others
 /// returns  true if kernels are to be bound to the new buffer. throws DeviceError
-bool replace_camera(Device& device, const Settings& settings, std::vector<float>& poses, Arguments& arguments);
+bool replace_camera(Device& device, const PackedScene& scene, const Settings& settings, std::vector<float>& poses,
+                    Arguments& arguments);
 
 /// Makes the buffers of a table that guides paths. It must live as long as they. throws DeviceError
 void upload_guide(Device& device, const GuideTable& guide, Arguments& arguments);

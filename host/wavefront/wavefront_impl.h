@@ -84,7 +84,7 @@ struct Wavefront::Impl {
     state = path_state_layout(features, config.chunked);
     frame = pack_frame(packed, settings);
     filter = filter_table(settings.filter);
-    camera_poses = camera_pose_words(settings);
+    camera_poses = camera_pose_words(packed, settings);
     mattes = features.mattes();
     sizes = work_buffer_sizes(config, features, settings);
     compile(features, execution);
@@ -114,7 +114,7 @@ struct Wavefront::Impl {
     timeline = execution.trace.get();
     counters.restart(timeline);
     upload_s = 0;
-    if (replace_camera(device, settings, camera_poses, arguments)) bind();
+    if (replace_camera(device, *scene, settings, camera_poses, arguments)) bind();
     if (settings.guide != nullptr && settings.guide != guide) set_guide(settings.guide);
     if (traces_lights && settings.light_aim != light_aim.aim) set_light_aim(settings.light_aim);
   }
@@ -134,7 +134,7 @@ struct Wavefront::Impl {
     device.finish();
     const PackedScene& before = *std::exchange(scene, &packed);
     mattes = features.mattes();
-    camera_poses = camera_pose_words(settings);
+    camera_poses = camera_pose_words(packed, settings);
     scene_bytes = upload_scene(device, packed, accel_of(packed, config), filter, camera_poses, arguments);
     if (!have_same_texels(before, packed)) texel_bytes = upload_texels(device, packed, arguments);
     light_aim = {};

@@ -22,7 +22,7 @@ EK_FN void film_first_hit(constant Frame* frame, FilmSlots film, vi live, vu pat
   if (EK_HAS_geometric_normal) film_set_3(film, SLOT_geometric_normal, live, path, scale3(hit.n_geom, weight));
   const vf depth = EK_HAS_orthographic ? hit.t + frame->camera_origin.w : hit.t;
   if (EK_HAS_depth) film_set(film, SLOT_depth, live, path, depth);
-  if (EK_HAS_position) film_set_3(film, SLOT_position, live, path, hit.p);
+  if (EK_HAS_position) film_set_3(film, SLOT_position, live, path, add3(hit.p, splat3(frame->origin)));
   if (EK_HAS_texcoord) {
     film_set(film, SLOT_texcoord, live, path, hit.uv_u);
     film_set(film, SLOT_texcoord + 1, live, path, hit.uv_v);

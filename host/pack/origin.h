@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scenes far from the origin. Devices compute in floats, whose error grows with the distance from
+// it, so such a scene is packed around an origin of its own (PackedScene::origin).
+#pragma once
+#include <glm/glm.hpp>
+
+#include "pack/settings.h"
+#include "scene/scene.h"
+
+namespace eikon {
+
+/// The origin to pack a scene around, in world coordinates: 0 where the scene is not far from there
+/// for its size. It lies on a grid of a power of two, so that it stays where it is while small
+/// things move.
+[[nodiscard]] glm::dvec3 origin_of(const Scene& scene);
+
+/// The scene, with its poses, in coordinates that begin at `origin`.
+[[nodiscard]] Scene seen_from_origin(Scene scene, const glm::dvec3& origin);
+
+/// The same for cameras.
+[[nodiscard]] Settings seen_from_origin(Settings settings, const glm::dvec3& origin);
+
+}  // namespace eikon

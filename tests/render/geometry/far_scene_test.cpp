@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// A scene far from the origin is packed around an origin of its own (host/pack/origin.h): where its
+// coordinates lose nothing on the way there, its picture has the bits of the near one.
+#include "pack/origin.h"
+#include "render/scene_builder.h"
+
+namespace eikon::test {
+namespace {
+
+// Half a million metres, and a whole number of steps of any grid that is used here.
+const glm::dvec3 kAway(0x1p18, -0x1p19, 0x1p17);
+
+PunctualLight bulb_at(const glm::dvec3& position) {
+  PunctualLight bulb;
+  bulb.kind = LightKind::point;
+  bulb.intensity = glm::vec3(0.5F);
+  bulb.position = position;
+  return bulb;
+}
+
+TEST(FarScenes, have_the_bits_of_near_ones) {
+  auto [near, settings] = room(32, 24, 16);
+  near.lights = {bulb_at({0.2, 0.5, 0.3})};
+  settings.aovs = {"position", "depth"};
+  const Scene far = seen_from_origin(near, -kAway);
+  const Settings far_settings = seen_from_origin(settings, -kAway);
+  ASSERT_EQ(origin_of(near), glm::dvec3(0));
+  ASSERT_EQ(origin_of(far), kAway);
+  const Film here = film_of(near, settings), there = film_of(far, far_settings);
+  for (std::uint32_t y = 0; y < 24; ++y)
+    for (std::uint32_t x = 0; x < 32; ++x)
+      for (std::uint32_t c = 0; c < 3; ++c) ASSERT_EQ(here.mean(x, y, c), there.mean(x, y, c)) << x << "," << y;
+}
+
+TEST(FarScenes, with_motion_have_the_bits_of_near_ones) {
+  SceneChoice choice;
+  choice.animation.shutter = {.open_s = 0.25, .close_s = 0.75};
+  const Scene near = load_scene(std::string(EIKON_SOURCE_DIR) + "/scenes/spinning_wheel.gltf", choice);
+  ASSERT_TRUE(near.moves_surfaces);
+  const Settings settings = settings_of(near, 32, 16);
+  const Scene far = seen_from_origin(near, -kAway);
+  EXPECT_TRUE(same_film(film_of(near, settings), film_of(far, seen_from_origin(settings, -kAway))));
+}
+
+TEST(FarScenes, say_where_their_surfaces_are_in_the_world) {
+  auto [near, settings] = room(16, 12, 4);
+  settings.aovs = {"position"};
+  const Film film = film_of(seen_from_origin(near, -kAway), seen_from_origin(settings, -kAway));
+  const std::vector<std::string>& names = film.layout().channels;
+  for (std::uint32_t c = 0; c < 3; ++c) {
+    const auto found = std::ranges::find(names, std::string("position.") + "XYZ"[c]);
+    ASSERT_NE(found, names.end());
+    EXPECT_NEAR(film.mean(8, 6, std::uint32_t(found - names.begin())), kAway[int(c)], 2) << c;
+  }
+}
+
+TEST(FarScenes, begin_on_a_grid_that_small_motions_do_not_leave) {
+  auto [near, settings] = room(8, 8, 1);
+  EXPECT_EQ(origin_of(seen_from_origin(near, -glm::dvec3(40, 0, 0))), glm::dvec3(0));  // not far for its size
+  for (const double way : {0.0, 0.1, -0.2})
+    EXPECT_EQ(origin_of(seen_from_origin(near, -(kAway + glm::dvec3(way)))), kAway) << way;
+  EXPECT_EQ(origin_of(Scene()), glm::dvec3(0));
+}
+
+}  // namespace
+}  // namespace eikon::test
