@@ -20,7 +20,7 @@ set(costs
     "render.LightArea 60"
     "render.Materials 60"
     "Render.the_same_bits_from_every_width_layout_and_from_oclgrind 60"
-    "render.RoughTargets 60"
+    "render.GlossyTargets 60"
     "render.ShapeTangents 55"
     "render.NestedMedia 50"
     "Blender.blender 50"

@@ -68,7 +68,7 @@ RUNS = [
     ("cornell", "--memory 2M --max-depth 4 --guiding 64"),
     ("moving", "--memory 2M --shutter 0.5 --fps 1 --aov motion --max-depth 4"),
     ("tumbler", "--memory 2M --aov direct,indirect --max-depth 4"),
-    ("veach_plates", "--memory 2M --light-paths 1 --max-depth 4"),  # rough targets
+    ("veach_plates", "--memory 2M --light-paths 1 --max-depth 4"),  # glossy targets
     ("implicit_metaballs", "--memory 2M --max-depth 3"),
     ("window_room", "--memory 2M --light-sampling hemisphere --max-depth 4"),
 ]

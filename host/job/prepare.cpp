@@ -307,7 +307,7 @@ void settle_light_paths(const SceneOptions& options, const Scene& scene, Setting
   settings.light_path_count = light_paths_of_ratio(settings, options.light_paths.value_or(usual));
   if (options.light_paths) return;
   if (options.tries_light_paths) settings.light_trial_paths = usual_light_trial_paths(settings, alone);
-  const bool finds_more = options.merges_caustics || std::ranges::any_of(scene.materials, is_exact_light_target);
+  const bool finds_more = options.merges_caustics || std::ranges::any_of(scene.materials, is_specular_light_target);
   if (settings.light_trial_paths == 0 && !finds_more) settings.light_path_count = 0;
 }
 

@@ -18,7 +18,7 @@ Features::Features(const Scene& scene, const Settings& settings)
       light_groups_(scene.light_groups),
       environment_light_group_(scene.environment_light_group),
       mattes_(std::make_shared<const Mattes>(make_mattes(scene, settings.aovs))),
-      has_rough_targets_(std::ranges::any_of(scene.materials, is_rough_light_target)) {
+      has_glossy_targets_(std::ranges::any_of(scene.materials, is_glossy_light_target)) {
   const SceneFacts facts(scene, settings);
   const auto add = [&](const char* kind, const char* name, int channels) {
     Need need = need_of(Feature(entries_.size()), facts);
@@ -74,7 +74,7 @@ std::map<std::string, std::string> Features::defines() const {
     defines["EK_LIGHT_GROUPS"] = std::to_string(light_groups_.size());
     defines["EK_ENVIRONMENT_GROUP"] = fmt::format("{}u", environment_light_group_);
   }
-  if (has(Feature::light_paths)) defines["EK_ROUGH_TARGETS"] = has_rough_targets_ ? "1" : "0";
+  if (has(Feature::light_paths)) defines["EK_GLOSSY_TARGETS"] = has_glossy_targets_ ? "1" : "0";
   defines["EK_LIGHT_SAMPLES"] = std::to_string(light_samples_);
   if (formula_count_ > 0) defines["EK_FORMULA_COUNT"] = std::to_string(formula_count_);
   return defines;

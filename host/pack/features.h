@@ -79,7 +79,7 @@ class Features {
   std::uint32_t environment_light_group_ = 0;
   std::shared_ptr<const Mattes> mattes_;  // shared by copies, because it is large
   std::uint32_t light_samples_ = 1;
-  bool has_rough_targets_ = false;  // of light paths
+  bool has_glossy_targets_ = false;  // of light paths
 };
 
 /// The layout of the fields of kernels/shared/path_state.def with these features: the first word of

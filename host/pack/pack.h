@@ -68,7 +68,7 @@ struct PackedScene {
   /// In proportion to the light paths that are aimed at each target if they start evenly: from
   /// points, and of parallel light, in turn.
   std::vector<double> light_target_shares;
-  bool has_exact_light_targets = false;          // some surface reflects or refracts exactly
+  bool has_specular_light_targets = false;       // is_specular_light_target of some material
   std::vector<PackedLight> light_summary;        // one per emissive material, other light, and the environment
   // Triangles and lights that move while the shutter is open (kernels/surface/motion.h,
   // kernels/lights/light.h).

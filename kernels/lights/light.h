@@ -8,6 +8,7 @@
 #include "lanes/warp.h"
 #include "guide/guide.h"
 #include "lights/alias_table.h"
+#include "lights/density.h"
 #include "lights/environment_map.h"
 #include "lights/light_samples.h"
 #include "lights/light_tree.h"
@@ -63,22 +64,6 @@ typedef struct {
   global const Light *lights, global const AliasEntry *light_alias_table, global const float4 *environment_texels,       \
       global const AliasEntry *environment_alias_table EK_TREE_ARGUMENTS EK_LIGHT_POSE_ARGUMENTS EK_LIGHT_PATH_ARGUMENTS EK_PHOTON_ARGUMENTS EK_GUIDE_ARGUMENTS
 #define EK_LIGHT_DATA {lights, light_alias_table, environment_texels, environment_alias_table EK_TREE_DATA EK_LIGHT_POSE_DATA EK_LIGHT_PATH_DATA EK_PHOTON_DATA EK_GUIDE_DATA}
-
-/// Weight of a strategy of density a against another of density b [Veach 1995, the power heuristic
-/// with exponent 2]. In [0, 1], and the two weights add to 1, whatever the densities are: huge,
-/// both zero, infinite.
-EK_FN vf power_heuristic(vf a, vf b) {
-  vf ratio = div_f(b, a);
-  ratio = ratio == ratio ? ratio : (vf)(1.0f);  // 0 / 0, inf / inf: no preference
-  return div_f(1.0f, 1.0f + ratio * ratio);
-}
-
-/// Density per sr, seen from the ray's origin, of a density per m^2 at the point where the unit
-/// direction dir meets a surface of normal n_geom at distance t; 0 edge on.
-EK_FN vf pdf_sr_from_m2(vf pdf_m2, v3 n_geom, v3 dir, vf t) {
-  const vf cos_light = abs_f(dot3(n_geom, dir));
-  return cos_light > 0.0f ? div_f(pdf_m2 * (t * t), cos_light) : (vf)(0.0f);
-}
 
 // Light may count from below a shading point's z.
 #define EK_HAS_BOTH_SIDES (EK_HAS_transmission | EK_HAS_clearcoat_normal)

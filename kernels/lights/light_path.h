@@ -5,91 +5,26 @@
 // mirrors, go on, and are joined to the camera where they meet rough surfaces
 // (stages/light/shade.h).
 //
-// They are aimed at the targets (lights/light_aim.h): balls that hold all surfaces which reflect or
-// refract exactly, or nearly so: the latter are called rough targets, and differ in that paths from
-// the camera find light at them by light sampling, too. Unless a trial has learned where starts
-// bring most, a direction is chosen uniformly within the cones of all targets, so its density is
-// the number of cones that it lies in over the sum of their solid angles; parallel light, and light
-// of an environment map from a direction that is chosen as light sampling does, starts from the
-// balls' discs likewise. A light path ends if the first surface that it meets is no target, and
-// paths from the camera keep all light that reaches them from a lamp by way of such a surface: that
-// may lie within a target's cone or outside of all, and only a look at every target would tell.
+// They are aimed at the targets (lights/light_aim.h): balls that hold all surfaces of delta
+// scattering, called specular targets, and those that come close to it, called glossy targets. The
+// latter differ in that paths from the camera find light at them by light sampling, too. Unless a
+// trial has learned where starts bring most, a direction is chosen uniformly within the cones of
+// all targets, so its density is the number of cones that it lies in over the sum of their solid
+// angles; parallel light, and light of an environment map from a direction that is chosen as light
+// sampling does, starts from the balls' discs likewise. A light path ends if the first surface that
+// it meets is no target, and paths from the camera keep all light that reaches them from a lamp by
+// way of such a surface: that may lie within a target's cone or outside of all, and only a look at
+// every target would tell.
 #ifndef EK_LIGHT_PATH_H
 #define EK_LIGHT_PATH_H
 #include "lights/emission.h"
 
-// With photons (EK_HAS_merging) a camera path's word light_ratio says by negative values what the
-// path has met.
-#define EK_SEEN_EXACTLY (-1.0f)  // exact reflection and refraction alone: it gathers photons (stages/shade/merge.h)
-// A surface where it gathered: what it finds behind that comes by photons, if light paths bring it.
-#define EK_MERGED (-2.0f)
-
 #if EK_HAS_light_paths
 #include "lights/light_aim.h"
+#include "lights/light_ratio_word.h"
 #if EK_HAS_shape & EK_HAS_shape_light
 #include "lights/shape_light.h"
 #endif
-
-// The lowest bits of the word light_ratio are a mark, and the number itself is not exact to them:
-// of a camera path, the solid angle of the lobe of the rough target that it leaves, or that it was
-// reflected or refracted exactly by a surface that is no target; of a light path that has just
-// started, emission_aim of its light, or that it is parallel.
-#define EK_RATIO_MARK 31u
-#define EK_NO_TARGET_MARK EK_RATIO_MARK
-#define EK_LEAST_LOBE_EXPONENT (127u - 25u)  // of 2^-25 sr; smaller ones are as good as none
-#define EK_PARALLEL_MARK EK_RATIO_MARK
-EK_FN vi is_marked(vf ratio) { return (AS_U(ratio) & EK_RATIO_MARK) != 0u; }
-EK_FN vf marked(vf ratio, vu mark) { return AS_F((AS_U(ratio) & ~EK_RATIO_MARK) | mark); }
-EK_FN vf unmarked(vf ratio) { return marked(ratio, (vu)(0u)); }
-
-/// The solid angle, sr, that stands for a lobe of GGX where camera paths and light paths share
-/// light: 4 pi alpha^2 over the cosine of the light with the surface. At normal incidence this is
-/// the inverse of the largest density of reflected directions [Walter et al. 2007, eq. 14 and 33];
-/// that it grows towards grazing incidence is a choice. All ways to find a light take the same
-/// value, so it changes the variance and not the mean.
-EK_FN vf lobe_sr(vf ggx_alpha, vf cosine) {
-  const vf alpha = max_f(ggx_alpha, (vf)(EK_SMOOTH_ALPHA));
-  return div_f((4.0f * EK_PI) * (alpha * alpha), max_f(cosine, (vf)(0x1p-10f)));
-}
-EK_FN vu lobe_mark(vf sr) {
-  const vu exponent = AS_U(sr) >> 23;
-  const vu mark = exponent > EK_LEAST_LOBE_EXPONENT ? exponent - EK_LEAST_LOBE_EXPONENT : (vu)(1u);
-  return mark < EK_RATIO_MARK ? mark : (vu)(EK_RATIO_MARK);
-}
-/// The solid angle that stands in a mark, to a power of two; 0 if there is no mark.
-EK_FN vf marked_lobe_sr(vf ratio) {
-  if (!EK_ROUGH_TARGETS) return (vf)(0.0f);
-  const vu mark = AS_U(ratio) & EK_RATIO_MARK;
-  return mark != 0u ? AS_F((mark + EK_LEAST_LOBE_EXPONENT) << 23) : (vf)(0.0f);
-}
-/// The same of a rough target's point. All ways to find a light there take this.
-EK_FN vf shared_lobe_sr(vf ggx_alpha, vf cosine) { return marked_lobe_sr(AS_F(lobe_mark(lobe_sr(ggx_alpha, cosine)))); }
-
-/// The mark of emission_aim, which is a power of two between 2^-10 and 2^19, and the reverse.
-EK_FN vu aim_mark(vf aim) { return ((AS_U(aim) >> 23) - 116u) & EK_RATIO_MARK; }
-EK_FN vf marked_aim(vf ratio) { return AS_F(((AS_U(ratio) & EK_RATIO_MARK) + 116u) << 23); }
-
-/// Mask of the camera paths that share light with light paths.
-EK_FN vi is_shared_ratio(vf ratio) {
-  return EK_HAS_merging ? (ratio > 0.0f) | (unmarked(ratio) == EK_MERGED) : ratio > 0.0f;
-}
-
-/// Weight of light that a camera path finds, by the balance heuristic: 1 / (1 + ratio * density).
-/// After a merge (EK_MERGED) it is 0 for light that light paths bring, else 1.
-/// marked_ratio  PathState.light_ratio; density: of a light path's start there
-EK_FN vf camera_share(vf marked_ratio, vf density) {
-  const vf ratio = unmarked(marked_ratio), share = div_f(1.0f, 1.0f + ratio * density);
-  if (!EK_HAS_merging) return share;
-  return ratio == EK_MERGED ? (density > 0.0f ? (vf)(0.0f) : (vf)(1.0f)) : share;
-}
-
-/// Mask of the camera paths that share the light of a lamp, or of an environment, that they meet:
-/// those that come from a target, where exact ones have no mark, and rough ones have one. pdf,
-/// ratio: as PathState's
-EK_FN vi is_shared_scattering(vf pdf, vf ratio) {
-  const vi is_exact = pdf < 0.0f, has_mark = is_marked(ratio);
-  return (EK_ROUGH_TARGETS ? is_exact ^ has_mark : is_exact & !has_mark) & is_shared_ratio(ratio);
-}
 
 /// Density with which light paths start from a point of a lamp, per m^2.
 /// light  index; pdf_of_point: 1 for triangles, of shapes shape_pdf_m2
@@ -128,29 +63,30 @@ EK_FN vf mean_environment_density(constant Frame* frame, LightData lights, vf pd
 }
 #endif
 
-// At rough targets paths from the camera find light in two ways: as light paths do, by sampling the
-// lobe, and by sampling the light. The latter is worth its density times the lobe's solid angle.
-// That stands for the lobe's true value, which one of both ways would not know; what they agree on
-// leaves the picture without a bias.
+// At glossy targets paths from the camera find light in two ways: as light paths do, by sampling
+// the lobe, and by sampling the light. The latter is worth its density times the lobe's solid
+// angle. That stands for the lobe's true value, which one of both ways would not know; what they
+// agree on leaves the picture without a bias.
 
-/// The density of light paths by way of a rough target over that of all camera paths, which sample
+/// The density of light paths by way of a glossy target over that of all camera paths, which sample
 /// the lobe or the light.
-/// density  over that of camera paths that sample the lobe; pdf_sr: of light sampling from there,
-///          for which
-/// start_pdf_m2 stands in; sr: of the lobe, 0 at surfaces that reflect or refract exactly
+/// density  over that of camera paths that sample the lobe
+/// pdf_sr   of light sampling from there, for which start_pdf_m2 stands in
+/// sr       of the lobe; 0 after delta scattering
 EK_FN vf density_beside_sampling(vf density, vf pdf_sr, vf sr) { return div_f(density, 1.0f + pdf_sr * sr); }
 
 /// The same of a light without extent, which camera paths find by sampling the light alone.
-/// pdf_m2  of light paths, per m^2 across them at the rough target, if all started from this light
+/// pdf_m2  of light paths, per m^2 across them at the glossy target, if all started from this light
 EK_FN vf density_beside_sampling_of_point(vf pdf_m2, vf sr) { return div_f(pdf_m2, sr); }
 
 /// The start of a light path.
 typedef struct {
   v3 origin, dir;   // world; dir: unit
   v3 throughput;    // radiance over density; 0: no light goes there
-  // In the mean (mean_emission_density, mean_environment_density); of a light without extent minus
-  // that of the direction, 1/sr, or of the place, 1/m^2. The lowest bits are a mark
-  // (EK_RATIO_MARK).
+  // PathState.light_ratio of the start, with a mark (light_ratio_word.h): of a surface
+  // mean_emission_density, 1 / (m^2 sr); of an environment map mean_environment_density,
+  // 1 / (m^2 sr); of point and spot lights -mean_target_pdf_sr, 1 / sr; of directional lights
+  // -mean_parallel_pdf_m2, 1 / m^2.
   vf density;
   vu triangle;      // that it leaves, or EK_NO_HIT
   vu group;         // light group of the light
@@ -196,7 +132,7 @@ EK_FN vf emit_from_surface(constant Frame* frame, LightData lights, LightSample 
   const vf in_the_mean = mean_emission_density(lights, index, start_m2, light.n, path->dir);
   const v3 origin = offset_ray_origin(light.p, light.p_error, light.n, path->dir);
   path->origin = select3(is_area, origin, path->origin);
-  path->density = is_area ? marked(in_the_mean, AS_U(path->density) & EK_RATIO_MARK) : path->density;
+  path->density = is_area ? marked(in_the_mean, mark_of(path->density)) : path->density;
   path->triangle = is_area ? light.triangle : path->triangle;
   return ((dot3(light.n, path->dir) > 0.0f) | light.double_sided) ? density : (vf)(0.0f);
 }

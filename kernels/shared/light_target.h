@@ -4,14 +4,14 @@
 #define EK_SHARED_LIGHT_TARGET_H
 #include "shared/guide.h"
 
-// Flags of MaterialRecord. Light paths are aimed at surfaces that reflect or refract exactly, or
-// nearly so: the latter are rough targets.
-#define EK_MATERIAL_ROUGH_TARGET 0x2000u
+// Flags of MaterialRecord. Light paths are aimed at surfaces of delta scattering, which are
+// specular targets, and at those that come close to it, which are glossy targets.
+#define EK_MATERIAL_GLOSSY_TARGET 0x2000u
 #define EK_MATERIAL_LIGHT_TARGET 0x4000u  // both kinds
 
 // This is 1 if the scene has any; programs of scenes without them leave their code out.
-#ifndef EK_ROUGH_TARGETS  // where only the text is checked
-#define EK_ROUGH_TARGETS 1
+#ifndef EK_GLOSSY_TARGETS  // where only the text is checked
+#define EK_GLOSSY_TARGETS 1
 #endif
 
 #define EK_LIGHT_TARGETS_MOST 64  // balls

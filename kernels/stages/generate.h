@@ -7,6 +7,7 @@
 #include "film/camera.h"
 #include "film/filter.h"
 #include "lanes/sampler.h"
+#include "lights/density.h"
 #include "stages/wavefront.h"
 
 /// The pixels and samples that paths start from.
@@ -70,9 +71,9 @@ EK_FN_ONCE void stage_generate(StageContext stage, PathSource source, uint first
                              .origin = ray.origin,
                              .dir = ray.dir,
                              .beta = V3(weight, weight, weight),
-                             .pdf = (vf)(-1.0f),
+                             .pdf = (vf)(EK_NO_DENSITY),
 #if EK_HAS_path_log
-                             .plain_pdf = (vf)(-1.0f),
+                             .plain_pdf = (vf)(EK_NO_DENSITY),
 #endif
                              .expected = (vf)(0.0f),
                              .light_ratio = (vf)(0.0f),

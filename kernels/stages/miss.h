@@ -49,7 +49,7 @@ EK_FN_ONCE void stage_miss(StageContext stage, SceneData scene, LightData lights
     vf weight = (vf)(1.0f);
     if (EK_HAS_next_event) {
       const vf scattered = EK_HAS_bsdf_emission ? power_heuristic(path.pdf, sky.pdf * EK_LIGHT_MEAN) : (vf)(0.0f);
-      weight = path.pdf < 0.0f ? weight : scattered;
+      weight = has_no_density(path.pdf) ? weight : scattered;
     }
 #if EK_HAS_light_paths & EK_HAS_environment_map
     const vf share = environment_share(stage, lights, &path, escaped, sky.pdf);
@@ -78,7 +78,7 @@ EK_FN_ONCE void stage_miss(StageContext stage, SceneData scene, LightData lights
     const vf sampled = EK_HAS_environment_map ? sky.pdf : path.plain_pdf * stage.frame->environment.w;
     vf plain = (vf)(1.0f);
     if (EK_HAS_next_event & EK_HAS_bsdf_emission) plain = power_heuristic(path.plain_pdf, sampled * EK_LIGHT_MEAN);
-    plain = (path.pdf < 0.0f ? (vf)(1.0f) : plain) * share * log_share(path.beta, beta);
+    plain = (has_no_density(path.pdf) ? (vf)(1.0f) : plain) * share * log_share(path.beta, beta);
     log_set_f(stage.log, depth, LOG_emitted, escaped, path.path, luminance(sky.radiance) * plain);
     log_set_f(stage.log, depth, LOG_sampled, escaped, path.path, (vf)(0.0f));
     log_set(stage.log, depth, LOG_info, escaped, path.path, (vu)(LOG_MISS));

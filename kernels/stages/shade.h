@@ -85,7 +85,7 @@ EK_FN PathState shade_next_path(const ShadeContext* c, const ShadingPoint* point
       .plain_pdf = plain_pdf(point, next),
 #endif
 #if EK_HAS_light_paths
-      .light_ratio = point->light_ratio,
+      .light_ratio = next->light_ratio,
       .source_group = (vu)(0u),
 #endif
       .medium = next->medium,
@@ -132,7 +132,7 @@ EK_FN_ONCE Survivors stage_shade(StageContext stage, SceneData scene, LightData 
 #endif
     ScatteredPath next = scatter(c, &hit, &point);
 #if EK_HAS_light_paths
-    point.light_ratio = next_light_ratio(c, &hit, &material, &point, &next);
+    next.light_ratio = next_light_ratio(c, &hit, &material, &point, &next);
 #endif
     vf survival = roulette_decides ? throughput_survival(c, &hit, &point, &next) : (vf)(1.0f);
 #if EK_HAS_GUIDE

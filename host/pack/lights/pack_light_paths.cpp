@@ -16,7 +16,7 @@ namespace eikon {
 namespace {
 
 constexpr double kSmoothRoughness = 0.011;  // whose square is below EK_SMOOTH_ALPHA of kernels/bsdf/microfacet.h
-constexpr float kMostRoughness = 0.5F, kLeastSpecularShare = 0.5F;  // of rough targets
+constexpr float kMostRoughness = 0.5F, kLeastSpecularShare = 0.5F;  // of glossy targets
 // Texels this many times as bright as the mean are small lights, if together they bring at least
 // that share of the light.
 constexpr double kSmallLightContrast = 64, kSmallLightShare = 1.0 / 16;
@@ -183,7 +183,7 @@ float power_of_two_below(double x) { return aim_within_bounds(float(std::exp2(st
 
 float aim_within_bounds(float aim) { return std::clamp(aim, 0x1p-10F, 0x1p19F); }
 
-bool is_exact_light_target(const Material& material) {
+bool is_specular_light_target(const Material& material) {
   if (material.unlit || material.roughness > kSmoothRoughness) return false;
   const Lobe lobe = lobe_of(material);
   return lobe == Lobe::conductor ||
@@ -191,7 +191,7 @@ bool is_exact_light_target(const Material& material) {
          (lobe == Lobe::metallic_roughness && material.metallic > 0);
 }
 
-bool is_rough_light_target(const Material& material) {
+bool is_glossy_light_target(const Material& material) {
   if (material.unlit || !(material.roughness > kSmoothRoughness && material.roughness <= kMostRoughness)) return false;
   const Lobe lobe = lobe_of(material);
   const bool is_metal = material.metallic >= kLeastSpecularShare;
@@ -200,13 +200,13 @@ bool is_rough_light_target(const Material& material) {
 }
 
 bool is_light_target(const Material& material) {
-  return is_exact_light_target(material) || is_rough_light_target(material);
+  return is_specular_light_target(material) || is_glossy_light_target(material);
 }
 
 bool only_light_paths_find_some(const Scene& scene) {
   // No light path starts from a light of a limited range (LightPacker::start_light_paths).
   const auto starts = [](const PunctualLight& light) { return light.range_m == 0 && light.intensity != glm::vec3(0); };
-  return std::ranges::any_of(scene.lights, starts) && std::ranges::any_of(scene.materials, is_exact_light_target);
+  return std::ranges::any_of(scene.lights, starts) && std::ranges::any_of(scene.materials, is_specular_light_target);
 }
 
 bool has_small_lights(const EnvironmentMap& map) {
@@ -251,7 +251,7 @@ void pack_light_paths(std::span<const Material> materials, std::span<const Light
   const LightTable table = build_light_table(powers);
   if (table.buckets.empty()) return;
   packed.emission_alias_table = table.buckets;
-  packed.has_exact_light_targets = std::ranges::any_of(materials, is_exact_light_target);
+  packed.has_specular_light_targets = std::ranges::any_of(materials, is_specular_light_target);
   packed.emission_aim = std::move(aims);
   for (std::size_t i = 0; i < emitters.size(); ++i)
     packed.emission_pdf[i] =

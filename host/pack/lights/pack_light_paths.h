@@ -7,16 +7,16 @@
 
 namespace eikon {
 
-/// True if the material reflects or refracts light exactly, so that no sampling of lights finds
-/// what is lit through it.
-[[nodiscard]] bool is_exact_light_target(const Material& material);
-/// True if it does so nearly, by most of its light: its roughness is at most 0.5. Sampling of
-/// lights finds what is lit by it, but the less well the less rough it is.
-[[nodiscard]] bool is_rough_light_target(const Material& material);
+/// True if the material has delta scattering, a mirror's or that of clear glass, so that no
+/// sampling of lights finds what is lit through it.
+[[nodiscard]] bool is_specular_light_target(const Material& material);
+/// True if it comes close to that with most of its light: its roughness is at most 0.5. Sampling
+/// of lights finds what is lit by it, but the less well the less rough it is.
+[[nodiscard]] bool is_glossy_light_target(const Material& material);
 /// True if light paths are aimed at it: either of these.
 [[nodiscard]] bool is_light_target(const Material& material);
 /// True if light paths find some light that no path from the camera does: that of a bulb, a spot or
-/// a sun, which no ray meets, by way of a surface that reflects or refracts exactly.
+/// a sun, which no ray meets, by way of a specular target.
 [[nodiscard]] bool only_light_paths_find_some(const Scene& scene);
 
 /// True if an environment has lights so small and bright, as the sun is, that paths from the camera
@@ -24,7 +24,7 @@ namespace eikon {
 [[nodiscard]] bool has_small_lights(const EnvironmentMap& map);
 
 /// The power of two among those that emission_aim may have (aim_mark of
-/// kernels/lights/light_path.h) next to another one.
+/// kernels/lights/light_ratio_word.h) next to another one.
 [[nodiscard]] float aim_within_bounds(float aim);
 
 /// A light as the choice of where light paths start sees it.

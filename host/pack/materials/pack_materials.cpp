@@ -77,7 +77,7 @@ class MaterialPacker {
               (m.unlit ? EK_MATERIAL_UNLIT : 0) | (m.alpha_mode == AlphaMode::mask ? EK_MATERIAL_MASK : 0) |
               (m.alpha_mode == AlphaMode::blend ? EK_MATERIAL_BLEND : 0) | (is_solid(m) ? EK_MATERIAL_SOLID : 0) |
               (is_light_target(m) ? EK_MATERIAL_LIGHT_TARGET : 0) |
-              (is_rough_light_target(m) ? EK_MATERIAL_ROUGH_TARGET : 0);
+              (is_glossy_light_target(m) ? EK_MATERIAL_GLOSSY_TARGET : 0);
     return r;
   }
 

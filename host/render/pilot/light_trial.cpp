@@ -205,7 +205,7 @@ LightTrialResult run_light_trial(PilotPicture& picture, const PackedScene& scene
   // seen what they light up or not.
   const bool is_lit_by_points =
       features.has(Feature::point) || features.has(Feature::spot) || features.has(Feature::directional);
-  const bool only_light_paths = is_lit_by_points && scene.has_exact_light_targets;
+  const bool only_light_paths = is_lit_by_points && scene.has_specular_light_targets;
   Settings own = light_trial_settings(settings);
   const auto render = [&](const LightAim& aim, TrialSums& sums) {
     own.light_aim = std::make_shared<const LightAim>(with_named_starts(aim));

@@ -62,7 +62,7 @@ EK_FN_ONCE void stage_light_generate(StageContext stage, SceneData scene, LightD
                              .origin = emitted.origin,
                              .dir = emitted.dir,
                              .beta = emitted.throughput,
-                             .pdf = (vf)(-1.0f),
+                             .pdf = (vf)(EK_NO_DENSITY),
                              .expected = (vf)(0.0f),
                              .light_ratio = emitted.density,
                              .source_group = emitted.group,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Step of stage `light_shade` where light paths bring photons: leaves one at each surface that
-// scatters light otherwise than by exact reflection or refraction. It waits for stage `splat` in
-// the place of the shadow ray that would carry a splat.
+// scatters light otherwise than as delta. It waits for stage `splat` in the place of the shadow ray
+// that would carry a splat.
 #ifndef EK_LIGHT_PHOTON_H
 #define EK_LIGHT_PHOTON_H
 #include "film/splat.h"
@@ -13,7 +13,7 @@
 EK_FN uint photon_leave(const ShadeContext* c, const PathHit* hit, const ShadingPoint* point, uint slot) {
   const v3 to_light = neg3(hit->path.dir);
   const vf cosine = abs_f(dot3(point->n_geom, to_light));
-  vi leaves = point->live & (cosine > 0.0f) & (max_component(abs3(point->beta)) > 0.0f) & !is_only_exact(&point->material);
+  vi leaves = point->live & (cosine > 0.0f) & (max_component(abs3(point->beta)) > 0.0f) & !is_purely_delta(&point->material);
   if (EK_HAS_nested_media) leaves = leaves & !point->interface.is_null;
   const vu edges = (vu)(c->depth) - point->interface.null_interface_count;
   const vu most = (vu)(EK_PHOTON_EDGES_MOST);

@@ -3,8 +3,8 @@
 //                        To: the light paths of the next depth, and pending shadow rays to the
 //                        camera.
 // The steps are those of stage `shade`, for paths that carry light instead of looking for it. A
-// light path ends unless its first surface is a target that reflects or refracts it exactly, or a
-// rough target. From the second surface on, a shadow ray joins it to the camera and carries what
+// light path ends unless its first surface is a target: a specular one with delta scattering, or a
+// glossy one. From the second surface on, a shadow ray joins it to the camera and carries what
 // arrives there.
 //
 // BSDFs are those of the camera's paths: wo is towards the camera. Where a light path is scattered
@@ -32,8 +32,8 @@ EK_FN PathHit seen_from(const PathHit* hit, const MediumInterface* interface, v3
 }
 
 /// BSDF and cosines of light that comes along a light path and goes on to a viewer: what the
-/// throughput of the path is multiplied by, over the density of to_viewer per sr. Exact reflection
-/// and refraction are left out.
+/// throughput of the path is multiplied by, over the density of to_viewer per sr. Delta scattering
+/// is left out.
 /// channel     random number that chooses the colour in glass with dispersion, as at the hit itself
 /// faces_away  is set to that of the point as the viewer sees it
 EK_FN v3 scattered_towards(const ShadeContext* c, const PathHit* hit, const ShadingPoint* point, v3 to_viewer, vf channel,
@@ -103,7 +103,7 @@ EK_FN uint camera_cast(const ShadeContext* c, global const float* filter_table, 
   // Light of lamps that paths from the camera can meet is shared with them (light_ratio.h).
   const vf density = hit->path.light_ratio;
   const vf ratio = first_light_ratio(c, hit, point, view.dir, view.distance) * density;
-  const vi is_shared = (density >= 0.0f) & (ratio < 0x1p100f);
+  const vi is_shared = !starts_from_delta_light(density) & (ratio < 0x1p100f);
   const vf share = is_shared ? div_f(ratio, 1.0f + ratio) : (vf)(1.0f);
   const vu exponent = is_shared ? AS_U(ratio) >> 23 : (vu)(EK_SPLAT_RATIO_INFINITE);
   v3 arriving = scale3(mul3(point->beta, f), (film_density_m2(frame, view.dir, view.distance) * share) * splat.weight);
@@ -151,7 +151,7 @@ EK_FN uint camera_cast(const ShadeContext* c, global const float* filter_table, 
 EK_FN ScatteredPath light_scatter(const ShadeContext* c, const PathHit* hit, const HitMaterial* material,
                                   const ShadingPoint* point, vf channel) {
   ScatteredPath next = scatter_direction(c, hit, point);
-  const vi is_null = point->interface.is_null, is_exact = next.pdf < 0.0f;
+  const vi is_null = point->interface.is_null, is_delta = has_no_density(next.pdf);
   const v3 to_light = neg3(hit->path.dir);
   const vf geom_light = abs_f(dot3(point->n_geom, to_light)), geom_next = abs_f(dot3(point->n_geom, next.dir));
   const vf shade_light = abs_f(point->wo.z), shade_next = abs_f(next.wi.z);
@@ -162,22 +162,22 @@ EK_FN ScatteredPath light_scatter(const ShadeContext* c, const PathHit* hit, con
     exact = exact * (refracted ? point->material.eta * point->material.eta : (vf)(1.0f));
   }
   v3 weight = scale3(next.beta, is_null ? (vf)(1.0f) : exact);
-  if (ANY(next.survives & !is_exact)) {
+  if (ANY(next.survives & !is_delta)) {
     vi faces_away;
     const v3 f = scattered_towards(c, hit, point, next.dir, channel, &faces_away);
-    weight = select3(is_exact, weight, scale3(f, div_f((vf)(1.0f), next.pdf)));
-    next.survives = next.survives & (is_exact | !faces_away);  // see is_hidden_from_light_paths
+    weight = select3(is_delta, weight, scale3(f, div_f((vf)(1.0f), next.pdf)));
+    next.survives = next.survives & (is_delta | !faces_away);  // see is_hidden_from_light_paths
   }
   next.beta = mul3(point->beta, weight);
   next.survives = next.survives & (max_component(abs3(next.beta)) > 0.0f);
   vi reversible = is_reversible(c, hit, material, point, &next), scatters = (vi)(-1);
   if (c->depth == 1) {
     reversible = reversible & is_target(c, hit, EK_MATERIAL_LIGHT_TARGET);
-    scatters = is_unbent_rough_target(c, hit, material, point);
+    scatters = is_unbent_glossy_target(c, hit, material, point);
     if (EK_HAS_SHADING_NORMAL & point->detailed)
       scatters = scatters & is_unbent_from(point->n_shade, point->n_geom, next.dir, (vi)(-1));
   }
-  next.survives = next.survives & (is_exact ? reversible : scatters);
+  next.survives = next.survives & (is_delta ? reversible : scatters);
   return next;
 }
 
@@ -190,17 +190,17 @@ EK_FN vf light_survival(const ShadeContext* c, const ShadingPoint* point, const 
   return point->interface.skips_depth ? (vf)(1.0f) : survival;
 }
 
-/// PathState.light_ratio of a light path that goes on. Where its first surface is a rough target,
+/// PathState.light_ratio of a light path that goes on. Where its first surface is a glossy target,
 /// camera paths find its light there by sampling lights, too, so the density is made that of
 /// density_beside_sampling; otherwise it stays.
 EK_FN vf emitted_light_ratio(const ShadeContext* c, const PathHit* hit, const ShadingPoint* point,
                              const ScatteredPath* next) {
   constant Frame* frame = c->stage.frame;
   const vf density = hit->path.light_ratio;
-  const vi is_rough = next->survives & (next->pdf >= 0.0f);
-  if (!EK_ROUGH_TARGETS || c->depth > 1 || !ANY(is_rough)) return density;
+  const vi leaves_glossy_target = next->survives & has_density(next->pdf);
+  if (!EK_GLOSSY_TARGETS || c->depth > 1 || !ANY(leaves_glossy_target)) return density;
   const v3 dir = hit->path.dir;
-  const vi is_parallel = (AS_U(density) & EK_RATIO_MARK) == EK_PARALLEL_MARK;
+  const vi is_parallel = starts_parallel(density);
   const vf distance2 = is_parallel ? (vf)(1.0f) : hit->t * hit->t;
   const vf sr = shared_lobe_sr(point->material.ggx_alpha, abs_f(dot3(point->n_geom, dir)));
   vf of_way = marked_aim(density);
@@ -209,7 +209,7 @@ EK_FN vf emitted_light_ratio(const ShadeContext* c, const PathHit* hit, const Sh
 #endif
   const vf of_surface = density_beside_sampling(density, div_f(density * distance2, of_way), sr);
   const vf of_point = density_beside_sampling_of_point(div_f(-density, distance2), sr);
-  return is_rough ? (density < 0.0f ? of_point : of_surface) : density;
+  return leaves_glossy_target ? (starts_from_delta_light(density) ? of_point : of_surface) : density;
 }
 
 EK_FN_ONCE Survivors stage_light_shade(StageContext stage, SceneData scene, LightData light_data, global const float* filter_table,
@@ -247,7 +247,7 @@ EK_FN_ONCE Survivors stage_light_shade(StageContext stage, SceneData scene, Ligh
     survivors.shadow_rays += popcount(pending);
     ScatteredPath next = light_scatter(c, &hit, &material, &point, channel);
     if (depth + 1u >= stage.frame->roulette_depth) roulette(c, &point, light_survival(c, &point, &next), &next);
-    point.light_ratio = emitted_light_ratio(c, &hit, &point, &next);
+    next.light_ratio = emitted_light_ratio(c, &hit, &point, &next);
     PathState path = shade_next_path(c, &point, &next);
     path.source_group = hit.path.source_group;
     const Packing keep = packing(next.survives);

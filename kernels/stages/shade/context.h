@@ -66,12 +66,7 @@ typedef struct {
   LightSampleContext light_context;  // the point as the light tree knows it
 #if EK_HAS_light_paths
   vi faces_away;   // mask: the shading normal faced away from the viewer before usable_normal bent it
-  // sampled_light_ratio, by which light sampling shares its light, until scatter(); then
-  // PathState's of the path that goes on.
-  vf light_ratio;
-#if !EK_CHUNKED
-  vf sampled_ratio;  // sampled_light_ratio, kept for direct_light_last
-#endif
+  vf sampled_light_ratio;  // by which light sampling shares its light with light paths (light_ratio.h)
 #endif
 #if EK_HAS_GUIDE
   vi is_guided;      // mask: the guide's tables apply to the surface,

@@ -52,15 +52,15 @@ EK_FN LightSample direct_light_sample(const ShadeContext* c, const ShadingPoint*
 #if EK_HAS_light_paths
 #include "lights/light_path.h"
 
-/// The share of a sample's light that camera paths bring: at rough targets light paths bring the
+/// The share of a sample's light that camera paths bring: at glossy targets light paths bring the
 /// rest.
 /// light  index; sample: of it; shadow: the ray to it
 EK_FN vf sampled_light_share(const ShadeContext* c, const ShadingPoint* point, vu light, const LightSample* sample,
                              const LightRay* shadow) {
-  if (!EK_ROUGH_TARGETS) return (vf)(1.0f);
-  vi shared = point->live & is_shared_ratio(point->light_ratio);
+  if (!EK_GLOSSY_TARGETS) return (vf)(1.0f);
+  vi shared = point->live & is_shared_ratio(point->sampled_light_ratio);
   if (!ANY(shared)) return (vf)(1.0f);
-  // Rough targets are glossy (is_glossy), and from the viewer's side their normals are not bent
+  // Glossy targets are glossy (is_glossy), and from the viewer's side their normals are not bent
   // (sampled_light_ratio).
   if (EK_HAS_SHADING_NORMAL & point->detailed)
     shared = shared & is_unbent_from(point->n_shade, point->n_geom, shadow->wi, (vi)(-1));
@@ -86,7 +86,7 @@ EK_FN vf sampled_light_share(const ShadeContext* c, const ShadingPoint* point, v
   density = (sample->is_distant & !sample->is_delta) ? density_beside_sampling(emitted, sample->pdf, sr) : density;
 #endif
   shared = shared & (gather_f(c->lights.light_paths.emission_pdf, light) > 0.0f);
-  return shared ? camera_share(point->light_ratio, density) : (vf)(1.0f);
+  return shared ? camera_share(point->sampled_light_ratio, density) : (vf)(1.0f);
 }
 #endif
 

@@ -24,7 +24,7 @@ EK_FN vf emission_light_pdf_sr(const ShadeContext* c, const PathHit* hit, uint s
 #if EK_HAS_light_tree && EK_HAS_bsdf_emission
   const PathState path = path_load(c->stage.state, slot);  // again, because few vectors come here
   const LightSampleContext context = {path.origin, path.packed_normal};
-  const vi weighted = emits & (hit->path.pdf >= 0.0f) & (pdf > 0.0f);
+  const vi weighted = emits & has_density(hit->path.pdf) & (pdf > 0.0f);
   const vu light = hit->corners.flags >> EK_TRIANGLE_LIGHT_SHIFT;
   pdf = pdf * light_tree_probability(c->lights.light_nodes, c->stage.frame->tree_light_count,
                                      c->stage.frame->light_scale, context, weighted, light);
@@ -49,7 +49,7 @@ EK_FN vf emission_weight(const PathHit* hit, vf pdf, vf light_pdf) {
   // A light that is never sampled (pack_lights.cpp) counts in full either way.
   const vf scattered = EK_HAS_bsdf_emission ? power_heuristic(pdf, light_pdf)
                        : hit->corners.light_pdf_m2 > 0.0f ? (vf)(0.0f) : one;
-  return pdf < 0.0f ? one : scattered;
+  return has_no_density(pdf) ? one : scattered;
 }
 
 /// Adds the emission of the hits, weighted against light sampling where that could have found them.
@@ -79,7 +79,7 @@ EK_FN void add_unlit(const ShadeContext* c, const PathHit* hit, const HitMateria
   const vi unlit = hit->live & material->unlit;
   if (ANY(unlit)) {
     const v3 radiance = mul3(point->beta, material->bsdf.base_color);
-    const vi shown = unlit & (hit->path.pdf < 0.0f);
+    const vi shown = unlit & has_no_density(hit->path.pdf);
     film_add_light(c->stage.film, c->depth - 1, emission_contribution(hit, point, shown, radiance));
   }
   point->live = point->live & !material->unlit;

@@ -50,11 +50,11 @@ EK_FN vf guided_survival(const ShadeContext* c, ShadingPoint* point, vf otherwis
 #endif
 
 #if EK_HAS_path_log
-/// The density of a scattering if directions were not guided; negative as PathState.pdf.
+/// PathState.pdf of a scattering if directions were not guided.
 EK_FN vf plain_pdf(const ShadingPoint* point, const ScatteredPath* next) {
   MaterialLanes plain = point->material;
   plain.guide.cell = (vu)(EK_NO_CELL);
-  return next->pdf < 0.0f ? next->pdf : bsdf_evaluate(plain, point->wo, next->wi).pdf;
+  return has_no_density(next->pdf) ? next->pdf : bsdf_evaluate(plain, point->wo, next->wi).pdf;
 }
 
 /// Begins the log of a vertex, to which add_emission and stage `shadow` add what they find.

@@ -4,11 +4,11 @@
 //
 // A light path and a camera path can build the same path: a lamp, one or more targets, and a
 // surface that the camera sees. Light paths build it from the lamp: the first surface that they
-// meet must be a target, which reflects or refracts exactly or is glossy (light_path.h), and the
-// last one before the camera must scatter otherwise than exactly. Camera paths build it by meeting
-// the lamp, and at glossy targets also by sampling it. The balance heuristic [Veach 1995] gives
-// each a share: with R the density of the light path over that of the camera path, the camera path
-// has 1 / (1 + R) of the light, and the light path R / (1 + R).
+// meet must be a target, specular or glossy (light_path.h), and the last one before the camera must
+// scatter otherwise than as delta. Camera paths build it by meeting the lamp, and at glossy targets
+// also by sampling it. The balance heuristic [Veach 1995] gives each a share: with R the density of
+// the light path over that of the camera path, the camera path has 1 / (1 + R) of the light, and
+// the light path R / (1 + R).
 //
 // R is the product of two factors that each side knows:
 //   mean_emission_density                  at the lamp: the density with which light paths start
@@ -21,7 +21,8 @@
 // What surfaces between these two do is left out: for diffuse surfaces it cancels, and for others
 // both sides leave it out alike, so the weights add up to one wherever both may go. Camera paths
 // keep the light of those where light paths may not: is_reversible, is_target and
-// is_hidden_from_light_paths tell. That takes one word of a path and no evaluation of a BSDF.
+// is_hidden_from_light_paths tell. That takes one word of a path (lights/light_ratio_word.h) and no
+// evaluation of a BSDF.
 #ifndef EK_LIGHT_RATIO_H
 #define EK_LIGHT_RATIO_H
 #include "film/camera_connection.h"
@@ -30,24 +31,24 @@
 #include "stages/shade/scatter.h"
 
 #if EK_HAS_light_paths
-/// Mask of the lanes that hit a target of a kind, EK_MATERIAL_LIGHT_TARGET or
-/// EK_MATERIAL_ROUGH_TARGET. No ball holds a plane without end, so it is no target whatever its
+/// Mask of the lanes that hit a target: of any kind, EK_MATERIAL_LIGHT_TARGET, or a glossy one,
+/// EK_MATERIAL_GLOSSY_TARGET. No ball holds a plane without end, so it is no target whatever its
 /// material is.
 EK_FN vi is_target(const ShadeContext* c, const PathHit* hit, uint kind) {
   const vi is = (load_word_u(MaterialRecord, c->scene.materials, hit->corners.material, flags) & kind) != 0u;
   return EK_HAS_plane ? is & !is_endless_record(hit->corners) : is;
 }
-EK_FN vi is_rough_target(const ShadeContext* c, const PathHit* hit) {
-  return EK_ROUGH_TARGETS ? is_target(c, hit, EK_MATERIAL_ROUGH_TARGET) : (vi)(0);
+EK_FN vi is_glossy_target(const ShadeContext* c, const PathHit* hit) {
+  return EK_GLOSSY_TARGETS ? is_target(c, hit, EK_MATERIAL_GLOSSY_TARGET) : (vi)(0);
 }
 
-/// light_ratio of the first surface on a path from the camera.
+/// PathState.light_ratio behind the first surface on a path from the camera.
 /// dir, distance  of the camera's ray
 EK_FN vf first_light_ratio(const ShadeContext* c, const PathHit* hit, const ShadingPoint* point, v3 dir, vf distance) {
   constant Frame* frame = c->stage.frame;
   const vf cosine = abs_f(dot3(hit->surface.n_geom, dir));
   const vf density = film_density_m2(frame, dir, distance) * cosine;
-  const vf width = is_rough_target(c, hit) ? lobe_sr(point->material.ggx_alpha, (vf)(1.0f)) * EK_INV_PI : (vf)(1.0f);
+  const vf width = is_glossy_target(c, hit) ? lobe_sr(point->material.ggx_alpha, (vf)(1.0f)) * EK_INV_PI : (vf)(1.0f);
   return unmarked(density > 0.0f ? div_f((TO_F((vi)(frame->light_path_count)) * EK_PI) * width, density) : (vf)(0.0f));
 }
 
@@ -60,22 +61,22 @@ EK_FN vi is_unbent(const ShadeContext* c, const PathHit* hit, const HitMaterial*
   return is_unbent_from(raw, point->n_geom, w, is_glossy(material));
 }
 
-/// Mask of the lanes that hit a rough target whose normal is not bent for this viewer. It is glossy
-/// (is_glossy), so is_unbent_from tells the same of another direction by n_shade.
-EK_FN vi is_unbent_rough_target(const ShadeContext* c, const PathHit* hit, const HitMaterial* material,
+/// Mask of the lanes that hit a glossy target whose normal is not bent for this viewer. is_glossy
+/// is true of it, so is_unbent_from tells the same of another direction by n_shade.
+EK_FN vi is_unbent_glossy_target(const ShadeContext* c, const PathHit* hit, const HitMaterial* material,
                                 const ShadingPoint* point) {
-  vi is = is_rough_target(c, hit);
+  vi is = is_glossy_target(c, hit);
   if (EK_HAS_SHADING_NORMAL & point->detailed && ANY(is))
     is = is & is_unbent(c, hit, material, point, neg3(hit->path.dir));
   return is;
 }
 
-/// Mask of the lanes where a light path is reflected or refracted exactly as a camera path is, and
-/// the other way round. Coats and thin films are left out, since they may differ between both sides
-/// of a surface.
+/// Mask of the lanes where a light path has the delta scattering of a camera path that goes the
+/// other way. Coats and thin films are left out, since they may differ between both sides of a
+/// surface.
 EK_FN vi is_reversible(const ShadeContext* c, const PathHit* hit, const HitMaterial* material, const ShadingPoint* point,
                        const ScatteredPath* next) {
-  vi reversible = next->pdf < 0.0f;
+  vi reversible = has_no_density(next->pdf);
   if (EK_LAYERED) {
     const LayerDetailLanes layers = load_layer_detail(c->scene.material_details, hit->corners.material);
     reversible = reversible & !((layers.clearcoat > 0.0f) | (max_component(layers.sheen_color) > 0.0f));
@@ -86,9 +87,9 @@ EK_FN vi is_reversible(const ShadeContext* c, const PathHit* hit, const HitMater
   return reversible | point->interface.is_null;
 }
 
-/// The ratio of a path that shares light and is reflected or refracted exactly. It is 0 where light
-/// paths cannot go the same way, and has a mark where the surface is no target.
-EK_FN vf exact_light_ratio(const ShadeContext* c, const PathHit* hit, const HitMaterial* material, const ShadingPoint* point,
+/// The ratio of a path that shares light, after delta scattering. It is 0 where light paths cannot
+/// go the same way, and has a mark where the surface is no target.
+EK_FN vf delta_light_ratio(const ShadeContext* c, const PathHit* hit, const HitMaterial* material, const ShadingPoint* point,
                            const ScatteredPath* next, vf ratio) {
   const vf from_target = marked(ratio, is_target(c, hit, EK_MATERIAL_LIGHT_TARGET) ? (vu)(0u) : (vu)(EK_NO_TARGET_MARK));
   return is_reversible(c, hit, material, point, next) ? from_target : (vf)(0.0f);
@@ -99,7 +100,7 @@ EK_FN vf exact_light_ratio(const ShadeContext* c, const PathHit* hit, const HitM
 /// density is 0. Light paths that bend the normal for themselves might go there, and end instead
 /// (light_scatter).
 EK_FN vi is_hidden_from_light_paths(const ShadingPoint* point, const ScatteredPath* next) {
-  return point->faces_away & !(next->pdf < 0.0f);
+  return point->faces_away & has_density(next->pdf);
 }
 
 #if EK_HAS_merging
@@ -107,54 +108,55 @@ EK_FN vi is_hidden_from_light_paths(const ShadingPoint* point, const ScatteredPa
 EK_FN vf next_merged_ratio(const ShadeContext* c, const PathHit* hit, const HitMaterial* material, const ShadingPoint* point,
                            const ScatteredPath* next) {
   const vf ratio = unmarked(hit->path.light_ratio);
-  const vi is_exact = next->pdf < 0.0f, seen_exactly = ratio == EK_SEEN_EXACTLY;
-  const vi found_by_light_paths = !seen_exactly & (ratio != 0.0f);
-  vf after = (seen_exactly & !is_exact) ? (vf)(EK_MERGED) : ratio;
+  const vi is_delta = has_no_density(next->pdf), seen_by_delta = ratio == EK_SEEN_BY_DELTA;
+  const vi found_by_light_paths = !seen_by_delta & (ratio != 0.0f);
+  vf after = (seen_by_delta & !is_delta) ? (vf)(EK_MERGED) : ratio;
   after = (found_by_light_paths & is_hidden_from_light_paths(point, next)) ? (vf)(0.0f) : after;
-  if (!ANY(found_by_light_paths & is_exact)) return after;
-  return (found_by_light_paths & is_exact) ? exact_light_ratio(c, hit, material, point, next, ratio) : after;
+  if (!ANY(found_by_light_paths & is_delta)) return after;
+  return (found_by_light_paths & is_delta) ? delta_light_ratio(c, hit, material, point, next, ratio) : after;
 }
 #endif
 
-/// As next_light_ratio, from the second surface on, without the mark of a rough target.
+/// As next_light_ratio, from the second surface on, without the mark of a glossy target.
 EK_FN vf next_shared_ratio(const ShadeContext* c, const PathHit* hit, const HitMaterial* material,
                            const ShadingPoint* point, const ScatteredPath* next) {
 #if EK_HAS_merging
   return next_merged_ratio(c, hit, material, point, next);
 #else
   vf ratio = unmarked(hit->path.light_ratio);
-  const vi is_exact = (ratio > 0.0f) & (next->pdf < 0.0f);
+  const vi is_delta = (ratio > 0.0f) & has_no_density(next->pdf);
   ratio = is_hidden_from_light_paths(point, next) ? (vf)(0.0f) : ratio;
-  if (!ANY(is_exact)) return ratio;
-  return is_exact ? exact_light_ratio(c, hit, material, point, next, ratio) : ratio;
+  if (!ANY(is_delta)) return ratio;
+  return is_delta ? delta_light_ratio(c, hit, material, point, next, ratio) : ratio;
 #endif
 }
 
-/// light_ratio of a camera path that goes on; 0 if light paths do not bring its light.
+/// PathState.light_ratio of a camera path that goes on; 0 if light paths do not bring its light.
 /// point  with sampled_light_ratio
 EK_FN vf next_light_ratio(const ShadeContext* c, const PathHit* hit, const HitMaterial* material, const ShadingPoint* point,
                           const ScatteredPath* next) {
-  const vi is_exact = next->pdf < 0.0f;
+  const vi is_delta = has_no_density(next->pdf);
   if (c->depth == 1)
-    return is_exact ? (vf)(EK_HAS_merging ? EK_SEEN_EXACTLY : 0.0f)
+    return is_delta ? (vf)(EK_HAS_merging ? EK_SEEN_BY_DELTA : 0.0f)
                     : first_light_ratio(c, hit, point, hit->path.dir, hit->t);
   const vf ratio = next_shared_ratio(c, hit, material, point, next);
-  if (!EK_ROUGH_TARGETS) return ratio;
-  vi is_rough = !is_exact & (point->light_ratio != 0.0f);
-  if (!ANY(is_rough)) return ratio;
+  if (!EK_GLOSSY_TARGETS) return ratio;
+  vi leaves_glossy_target = !is_delta & (point->sampled_light_ratio != 0.0f);
+  if (!ANY(leaves_glossy_target)) return ratio;
   if (EK_HAS_SHADING_NORMAL & point->detailed)
-    is_rough = is_rough & is_unbent_from(point->n_shade, point->n_geom, next->dir, (vi)(-1));
+    leaves_glossy_target =
+        leaves_glossy_target & is_unbent_from(point->n_shade, point->n_geom, next->dir, (vi)(-1));
   const vu mark = lobe_mark(lobe_sr(point->material.ggx_alpha, abs_f(dot3(point->n_geom, next->dir))));
-  return is_rough ? marked(ratio, mark) : ratio;
+  return leaves_glossy_target ? marked(ratio, mark) : ratio;
 }
 
-/// light_ratio by which a path shares what it samples of lights at this hit (sampled_light_share);
-/// 0: it shares nothing.
+/// The ratio by which a path shares what it samples of lights at this hit (sampled_light_share), if
+/// that is a glossy target; 0: it shares nothing.
 EK_FN vf sampled_light_ratio(const ShadeContext* c, const PathHit* hit, const HitMaterial* material,
                              const ShadingPoint* point) {
   const vi shared = hit->live & is_shared_ratio(hit->path.light_ratio);
-  if (!EK_ROUGH_TARGETS || c->depth == 1 || !ANY(shared)) return (vf)(0.0f);
-  return (shared & is_unbent_rough_target(c, hit, material, point)) ? unmarked(hit->path.light_ratio) : (vf)(0.0f);
+  if (!EK_GLOSSY_TARGETS || c->depth == 1 || !ANY(shared)) return (vf)(0.0f);
+  return (shared & is_unbent_glossy_target(c, hit, material, point)) ? unmarked(hit->path.light_ratio) : (vf)(0.0f);
 }
 
 /// Does what light paths ask of a path before it samples lights: gathers photons, and finds what it
@@ -163,10 +165,7 @@ EK_FN void begin_sharing(const ShadeContext* c, const PathHit* hit, const HitMat
 #if EK_HAS_merging
   if (c->depth > 1) add_merged_light(c, hit, point);
 #endif
-  point->light_ratio = sampled_light_ratio(c, hit, material, point);
-#if !EK_CHUNKED
-  point->sampled_ratio = point->light_ratio;
-#endif
+  point->sampled_light_ratio = sampled_light_ratio(c, hit, material, point);
 }
 
 /// Share of the emission of a hit that camera paths bring: the rest comes by light paths.

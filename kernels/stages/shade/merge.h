@@ -3,14 +3,15 @@
 // in a mirror.
 //
 // Neither camera paths nor light paths find light that passes glass on both sides of a matte
-// surface, if the lamp is small. So a camera path that has been reflected or refracted exactly at
-// every surface so far gathers, at each surface that scatters otherwise, the photons within a
-// radius [Jensen 1996]. The mean over the area in place of that at the point is biased; the radius
-// shrinks from one generation of samples to the next (host/wavefront/photons/photon_map.h), so the
-// picture converges [Knaus and Zwicker 2011].
+// surface, if the lamp is small. So a camera path of which every scattering so far was delta
+// gathers, at each surface that scatters otherwise, the photons within a radius [Jensen 1996]. The
+// mean over the area in place of that at the point is biased; the radius shrinks from one
+// generation of samples to the next (host/wavefront/photons/photon_map.h), so the picture converges
+// [Knaus and Zwicker 2011].
 #ifndef EK_SHADE_MERGE_H
 #define EK_SHADE_MERGE_H
 #include "lights/light_path.h"
+#include "lights/light_ratio_word.h"
 #include "lights/photon_map.h"
 #include "stages/shade/shading_frame.h"
 
@@ -20,8 +21,8 @@
 #define EK_PHOTON_COSINE 0.5f
 #define EK_PHOTON_HEIGHT2 0.25f  // square of the height over that of the radius
 
-/// Mask of the surfaces that reflect or refract exactly and do nothing else.
-EK_FN vi is_only_exact(const MaterialLanes* m) {
+/// Mask of the surfaces of which all scattering is delta.
+EK_FN vi is_purely_delta(const MaterialLanes* m) {
   if (EK_LAYERED) return (vi)(0);
   vi only = (vi)(0);
   if (EK_HAS_transmission)
@@ -49,7 +50,7 @@ EK_FN vi is_photon_at(const ShadeContext* c, const ShadingPoint* point, vu first
 /// Adds the light of the photons around each lane's point to its film slots.
 EK_FN void add_merged_light(const ShadeContext* c, const PathHit* hit, const ShadingPoint* point) {
   constant Frame* frame = c->stage.frame;
-  vi gathers = point->live & (hit->path.light_ratio == EK_SEEN_EXACTLY) & !is_only_exact(&point->material);
+  vi gathers = point->live & (hit->path.light_ratio == EK_SEEN_BY_DELTA) & !is_purely_delta(&point->material);
   if (EK_HAS_nested_media) gathers = gathers & !point->interface.is_null;
   if (!ANY(gathers)) return;
   const PhotonMap map = c->lights.photon_map;

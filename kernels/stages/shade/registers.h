@@ -41,9 +41,6 @@ EK_FN void forget_point(ShadingPoint* point, uint nothing) {
 
 /// As direct_light_add, once the next path is stored. point: as it was then
 EK_FN uint direct_light_last(const ShadeContext* c, DirectLight* direct, ShadingPoint point, uint slot) {
-#if EK_HAS_light_paths
-  point.light_ratio = point.sampled_ratio;
-#endif
   // Lambert's lobe computes nothing that both need. No path is so deep that depth >> 31 is not 0,
   // but a compiler does not know that.
   if ((EK_HAS_opaque_hits | EK_HAS_transmissive_hits) && !shades_only(c->scene, SHADING_FLAT_LAMBERT)) forget_point(&point, c->depth >> 31);

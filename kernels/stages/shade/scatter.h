@@ -13,7 +13,7 @@ enum {
 };
 // Survival over throughput: paths that carry more than a third go on.
 #define EK_ROULETTE_GAIN 3.0f
-// From this depth on every path may end, because those between perfect mirrors would not otherwise.
+// From this depth on every path may end, because those between white mirrors would not otherwise.
 #define EK_ROULETTE_ALWAYS_DEPTH 8u
 #define EK_ROULETTE_MOST 0.95f  // largest probability of survival from that depth on
 
@@ -28,6 +28,9 @@ typedef struct {
   v3 beta;
   vf pdf;       // as PathState's
   vu medium;
+#if EK_HAS_light_paths
+  vf light_ratio;  // as PathState's; scatter() leaves it unset
+#endif
 } ScatteredPath;
 
 /// Samples the BSDF; null interfaces are passed straight on. beta: is the sample's weight
@@ -45,7 +48,7 @@ EK_FN ScatteredPath scatter_direction(const ShadeContext* c, const PathHit* hit,
   }
   next.wi = sample.wi;
   next.medium = is_transmitted(point, sample.wi, next.dir) ? point->interface.transmitted_medium : point->interface.medium;
-  next.pdf = sample.delta ? (vf)(-1.0f) : sample.pdf;
+  next.pdf = sample.delta ? (vf)(EK_NO_DENSITY) : sample.pdf;
   next.beta = sample.weight;
   next.survives = point->live & (sample.pdf > 0.0f) &
                   (is_null | is_on_geometric_side(point, sample.wi, dot3(next.dir, point->n_geom)));
@@ -58,7 +61,7 @@ EK_FN ScatteredPath scatter(const ShadeContext* c, const PathHit* hit, const Sha
   next.beta = mul3(point->beta, next.beta);
   next.survives = next.survives & (max_component(abs3(next.beta)) > 0.0f);
   if (!(EK_HAS_bsdf_emission | EK_HAS_next_event)) next.survives = (vi)(0);
-  if (EK_HAS_whitted) next.survives = next.survives & (next.pdf < 0.0f);
+  if (EK_HAS_whitted) next.survives = next.survives & has_no_density(next.pdf);
   if (EK_HAS_raycast) next.survives = next.survives & point->interface.is_null;
   return next;
 }

@@ -53,12 +53,12 @@ double expected_share(const LampWavefront& shared, const std::vector<PathVertex>
   const PathVertex &first = edges.front(), &last = edges.back();
   const bool is_front = glm::dot(glm::dvec3(last.dir), lamp.normal()) < 0;
   if (edges.size() < 3 || !is_front) return 1;
-  const auto is_exact = [&](const PathVertex& edge) {
+  const auto is_specular = [&](const PathVertex& edge) {
     const Material& m = shared.material_of(edge.triangle);
     return m.metallic == 1 || m.transmission > 0;
   };
   // Light paths start towards mirrors and glass, and are joined to the camera at the floor.
-  if (is_exact(first) || !is_exact(edges[edges.size() - 2])) return 1;
+  if (is_specular(first) || !is_specular(edges[edges.size() - 2])) return 1;
   const PathEnds ends = {glm::dvec3(first.origin) + double(first.t) * glm::dvec3(first.dir),
                          {0, 1, 0},
                          -glm::dvec3(last.dir),

@@ -45,14 +45,14 @@ TEST(LightTargets, are_the_materials_that_reflect_or_refract_exactly_or_nearly) 
   plastic.roughness = 0;
   mirror.metallic = 1;
   mirror.roughness = 0;
-  EXPECT_TRUE(is_exact_light_target(glass));
-  EXPECT_TRUE(is_exact_light_target(mirror));
+  EXPECT_TRUE(is_specular_light_target(glass));
+  EXPECT_TRUE(is_specular_light_target(mirror));
   EXPECT_FALSE(is_light_target(plastic)) << "a few per cent of its light would take all light paths";
   for (Material m : {glass, mirror}) {
     for (const auto& [roughness, is] :
          {std::pair(0.01F, false), std::pair(0.02F, true), std::pair(0.5F, true), std::pair(0.51F, false)}) {
       m.roughness = roughness;
-      EXPECT_EQ(is_rough_light_target(m), is) << roughness;
+      EXPECT_EQ(is_glossy_light_target(m), is) << roughness;
       EXPECT_EQ(is_light_target(m), roughness < 0.51F) << roughness;
     }
     m.roughness = 0.1F;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Light paths by way of rough glass and rough metal: they share the light of lamps with paths that
-// meet these, and with the light sampling of paths that meet rough targets.
+// meet these, and with the light sampling of paths that meet glossy targets.
 #include "render/lights/light_path_scenes.h"
 
 namespace eikon::test {
@@ -75,7 +75,7 @@ const Change kRooms[] = {
      }},
 };
 
-TEST(RoughTargets, bring_the_mean_that_paths_from_the_camera_find) {
+TEST(GlossyTargets, bring_the_mean_that_paths_from_the_camera_find) {
   constexpr int comparisons = int(std::size(kRooms)) * 4 * 3;
   for (const Change& change : kRooms) {
     auto [scene, settings] = room_of_glass(24, 1536);
@@ -96,7 +96,7 @@ const Change kRoughSunny[] = {
      }},
 };
 
-TEST(RoughTargets, bring_the_light_of_suns) {
+TEST(GlossyTargets, bring_the_light_of_suns) {
   constexpr int comparisons = int(std::size(kRoughSunny)) * 4 * 3;
   for (const Change& change : kRoughSunny) {
     auto [scene, settings] = floor_in_the_sun(24, 4096, 300);
@@ -106,7 +106,7 @@ TEST(RoughTargets, bring_the_light_of_suns) {
   }
 }
 
-TEST(RoughTargets, bring_caustics_with_a_fraction_of_the_error) {
+TEST(GlossyTargets, bring_caustics_with_a_fraction_of_the_error) {
   for (const auto& [roughness, most] : {std::pair(0.05F, 0.3), std::pair(0.2F, 0.35), std::pair(0.5F, 0.65)}) {
     Scene scene = load_shipped("cornell_spheres.gltf");
     for (Material& m : scene.materials)
@@ -116,7 +116,7 @@ TEST(RoughTargets, bring_caustics_with_a_fraction_of_the_error) {
   }
 }
 
-TEST(RoughTargets, have_the_same_bits_by_every_way_of_tracing) {
+TEST(GlossyTargets, have_the_same_bits_by_every_way_of_tracing) {
   auto [scene, settings] = room_of_glass(20, 6);
   roughen(scene, 0.2F);
   scene.lights.push_back(spot_lamp());
@@ -124,7 +124,7 @@ TEST(RoughTargets, have_the_same_bits_by_every_way_of_tracing) {
   expect_the_same_bits_by_every_way(scene, settings, film_of(scene, settings));
 }
 
-TEST(RoughTargets, leave_a_furnace_at_one) {
+TEST(GlossyTargets, leave_a_furnace_at_one) {
   Scene scene;
   Primitive walls;
   add_box(walls, glm::vec3(-1), glm::vec3(1), true);
