@@ -61,7 +61,7 @@ void Film::add_splats(const UnitSums& unit) {
   };
   const auto cell_of = [&](const std::uint32_t* splat) {
     return pixel_index(splat[SPLAT_pixel] & 0xffffU, splat[SPLAT_pixel] >> 16) * replicates +
-           (splat[SPLAT_info] & 0xffU);
+           EK_SPLAT_REPLICATE(splat[SPLAT_info]);
   };
   // Pixels come in any order, so their sums are seldom in a cache.
   constexpr std::size_t kAhead = 16 * SPLAT_WORDS;
@@ -69,8 +69,8 @@ void Film::add_splats(const UnitSums& unit) {
     if (at + kAhead < unit.splats.size())
       __builtin_prefetch(sums_.data() + cell_of(&unit.splats[at + kAhead]) * channels + to.rgb, 1);
     const std::uint32_t* const splat = &unit.splats[at];
-    const std::uint32_t info = splat[SPLAT_info], replicate = info & 0xffU;
-    const std::uint32_t scatterings = info >> 8 & EK_SPLAT_SCATTERINGS_MOST, group = info >> 24;
+    const std::uint32_t info = splat[SPLAT_info], replicate = EK_SPLAT_REPLICATE(info);
+    const std::uint32_t scatterings = EK_SPLAT_SCATTERINGS(info), group = EK_SPLAT_GROUP(info);
     if (replicate >= replicates || (!to.groups.empty() && group >= to.groups.size()))
       throw InternalError("a splat of a replicate or light group that the film does not have");
     const std::size_t cell = cell_of(splat);

@@ -14,7 +14,7 @@ std::vector<ReplayedSample::Splat> replayed_splats(std::span<const std::uint32_t
   std::vector<ReplayedSample::Splat> splats;
   for (; words.size() >= SPLAT_WORDS; words = words.subspan(SPLAT_WORDS)) {
     ReplayedSample::Splat& splat = splats.emplace_back();
-    splat.scatterings = words[SPLAT_info] >> 8 & EK_SPLAT_SCATTERINGS_MOST;
+    splat.scatterings = EK_SPLAT_SCATTERINGS(words[SPLAT_info]);
     for (std::size_t c = 0; c < 3; ++c)
       splat.radiance[int(c)] = std::bit_cast<float>(words[SPLAT_r + c]) / float(paths);
   }

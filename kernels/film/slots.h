@@ -91,9 +91,10 @@ EK_FN void film_add_3(FilmSlots film, uint plane, vi live, vu path, v3 value) {
 typedef struct {
   vi live;                  // mask of the lanes that have some
   vu path;
-  // Surfaces that it met and that scattered nothing (nested_media.h), less the scatterings of a
-  // merged photon (stages/shade/merge.h).
-  vu null_interface_count;
+  // surface_count less this is the number of surfaces that scattered the light: the null interfaces
+  // among them (nested_media.h), less the surfaces that a merged photon met before
+  // (stages/shade/merge.h). It wraps below 0.
+  vu uncounted;
   vu group;                 // light group of its source
   v3 radiance;
 } Contribution;
@@ -105,7 +106,7 @@ EK_FN void film_add_light_layers(FilmSlots film, uint surface_count, Contributio
     vu bin = (vu)(0u);
     for (uint bits = EK_BOUNCE_BOUNDS; bits != 0u; bits &= bits - 1u) {
       const uint bound = lowest_bit(bits);
-      bin = bin + (((vu)(surface_count) - light.null_interface_count > bound) ? (vu)(1u) : (vu)(0u));
+      bin = bin + (((vu)(surface_count) - light.uncounted > bound) ? (vu)(1u) : (vu)(0u));
     }
     film_add_3(film, SLOT_bounce_bins, light.live, light.path + bin * (3u * film.stride), light.radiance);
   } else if (EK_HAS_bounce_bins) {

@@ -8,42 +8,42 @@
 #include "shared/photon.h"
 #include "shared/splat.h"
 
-/// A list of splats, or of photons (shared/photon.h).
+/// A list of records that light paths leave: splats, or photons (shared/photon.h).
 typedef struct {
   global uint* words;
   global uint* counts;  // SPLATS_*; there may be more than there is room for
   uint capacity;
-} SplatList;
+} RecordList;
 
-/// Adds an entry of so many words for each lane of the mask `live`. Entries that there is no room
+/// Adds a record of so many words for each lane of the mask `live`. Records that there is no room
 /// for are counted alone.
-/// entry  [count]; count: SPLAT_WORDS or PHOTON_WORDS
-EK_FN void list_add(SplatList list, vi live, const vu* entry, const uint count) {
+/// record  [count]; count: SPLAT_WORDS or PHOTON_WORDS
+EK_FN void record_add(RecordList list, vi live, const vu* record, const uint count) {
 #if EK_WIDTH == 1
   if (!live) return;
   const uint place = atomic_inc(list.counts + SPLATS_stored);
   if (place >= list.capacity) return;
-  for (uint word = 0; word < count; ++word) list.words[(size_t)place * count + word] = entry[word];
+  for (uint word = 0; word < count; ++word) list.words[(size_t)place * count + word] = record[word];
 #else
   uint bits = mask_bits(live);
   if (bits == 0) return;
   uint place = atomic_add(list.counts + SPLATS_stored, popcount(bits));
   uint lanes[PHOTON_WORDS][EK_WIDTH];
-  for (uint word = 0; word < count; ++word) *(vu_unaligned*)lanes[word] = entry[word];
+  for (uint word = 0; word < count; ++word) *(vu_unaligned*)lanes[word] = record[word];
   for (; bits != 0 && place < list.capacity; bits &= bits - 1, ++place)
     for (uint word = 0; word < count; ++word) list.words[(size_t)place * count + word] = lanes[word][lowest_bit(bits)];
 #endif
 }
 
 /// Adds the splats of the mask `live`.
-EK_FN void splat_add(SplatList list, vi live, vu pixel, vu info, v3 value) {
-  vu entry[SPLAT_WORDS];
-  entry[SPLAT_pixel] = pixel;
-  entry[SPLAT_info] = info;
-  entry[SPLAT_r] = AS_U(value.x);
-  entry[SPLAT_g] = AS_U(value.y);
-  entry[SPLAT_b] = AS_U(value.z);
-  list_add(list, live, entry, SPLAT_WORDS);
+EK_FN void splat_add(RecordList list, vi live, vu pixel, vu info, v3 value) {
+  vu record[SPLAT_WORDS];
+  record[SPLAT_pixel] = pixel;
+  record[SPLAT_info] = info;
+  record[SPLAT_r] = AS_U(value.x);
+  record[SPLAT_g] = AS_U(value.y);
+  record[SPLAT_b] = AS_U(value.z);
+  record_add(list, live, record, SPLAT_WORDS);
 }
 
 #endif

@@ -336,11 +336,16 @@ typedef struct {
   vu target_prim;  // RayEnds: the triangle at which it ends
 } LightRay;
 
-/// p, p_error, n_geom  of the shading point
-// The shadow ray must not meet the light itself. So its target is moved off the light's plane by
-// the error of the point, and t_max is reduced by the ray's own rounding, some 2^-21 of its length
-// over the cosine at the light, which does not depend on the scene's scale. A light without extent
-// may lie on a surface, which must not block it either.
+/// The share of a shadow ray's length by which it stops before its end, so that it does not meet
+/// the surface there: the ray's own rounding is some 2^-21 of its length over the cosine, whatever
+/// the scene's scale is. At grazing incidence it grows no further, so that the ray still meets what
+/// is near the light.
+/// cosine  of the ray with the surface, >= 0
+EK_FN vf shadow_margin(vf cosine) { return min_f(div_f(0x1p-17f, cosine), (vf)(0x1p-8f)); }
+
+/// The shadow ray must not meet the light itself. So its target is moved off the light's plane by
+/// the error of the point, and it ends before by shadow_margin. A light without extent may lie on a
+/// surface, which must not block it either. p, p_error, n_geom  of the shading point
 EK_FN LightRay light_ray(LightSample s, v3 p, v3 p_error, v3 n_geom) {
   if (!EK_HAS_near_light) {
     const LightRay far = {s.wi, s.pdf, s.radiance, offset_ray_origin(p, p_error, n_geom, s.wi), s.wi, EK_INFINITY, (vu)(EK_NO_HIT)};
@@ -366,7 +371,7 @@ EK_FN LightRay light_ray(LightSample s, v3 p, v3 p_error, v3 n_geom) {
   path.pdf = s.is_distant ? s.pdf : pdf_near;
   path.origin = offset_ray_origin(p, p_error, n_geom, path.wi);
   v3 target = offset_ray_origin(s.p, s.p_error, s.n, neg3(wi_near));
-  vf margin = min_f(div_f(0x1p-17f, abs_f(dot3(s.n, wi_near))), (vf)(0x1p-8f));
+  vf margin = shadow_margin(abs_f(dot3(s.n, wi_near)));
   if (EK_HAS_point | EK_HAS_spot) {
     target = select3(s.is_punctual, s.p, target);
     margin = s.is_punctual ? (vf)(0x1p-17f) : margin;

@@ -130,17 +130,17 @@ EK_FN vf parallel_pdf_m2(constant Frame* frame, LightData lights, v3 p, v3 dir) 
 
 /// Moves the coordinates of a start as its target's table has it. returns the name of the start
 /// (shared/light_target.h)
-EK_FN vu aim_warp(LightData lights, vu target, uint kind, v3* numbers) {
-  guide_warp(target_table(lights, target, kind), &numbers->y, &numbers->z);
-  const vu row = AS_U(TO_I(numbers->y * (float)EK_GUIDE_ROWS)), column = AS_U(TO_I(numbers->z * (float)EK_GUIDE_ROWS));
+EK_FN vu aim_warp(LightData lights, vu target, uint kind, v3* random) {
+  guide_warp(target_table(lights, target, kind), &random->y, &random->z);
+  const vu row = AS_U(TO_I(random->y * (float)EK_GUIDE_ROWS)), column = AS_U(TO_I(random->z * (float)EK_GUIDE_ROWS));
   return EK_AIM_START(target, kind, row * EK_GUIDE_ROWS + column);
 }
 
 /// A direction from a point towards a target.
-/// numbers  random, [0, 1)^3: x chooses the target, y and z the direction
-/// start    gets the name of the start
-EK_FN v3 direction_to_targets(constant Frame* frame, LightData lights, v3 from, v3 numbers, vu* start) {
-  const vf chosen = numbers.x * all_target_cones(frame, lights, from);
+/// random  numbers in [0, 1)^3: x chooses the target, y and z the direction
+/// start   gets the name of the start
+EK_FN v3 direction_to_targets(constant Frame* frame, LightData lights, v3 from, v3 random, vu* start) {
+  const vf chosen = random.x * all_target_cones(frame, lights, from);
   vf before = (vf)(0.0f), cone = (vf)(0.0f);
   vu target = (vu)(0u);
   v3 centre = from;
@@ -153,14 +153,14 @@ EK_FN v3 direction_to_targets(constant Frame* frame, LightData lights, v3 from, 
     centre = select3(takes, splat3(ball), centre);
     before = before + own * target_weight(lights, i, EK_AIM_CONE);
   }
-  *start = aim_warp(lights, target, EK_AIM_CONE, &numbers);
-  return to_world(target_basis(centre, from), warp_cone(numbers.y, numbers.z, cone));
+  *start = aim_warp(lights, target, EK_AIM_CONE, &random);
+  return to_world(target_basis(centre, from), warp_cone(random.y, random.z, cone));
 }
 
 /// A point of the targets' discs across dir.
-/// numbers, start  as of direction_to_targets
-EK_FN v3 point_of_discs(constant Frame* frame, LightData lights, v3 dir, v3 numbers, vu* start) {
-  const vf chosen = numbers.x * all_target_radii2(frame, lights);
+/// random, start  as of direction_to_targets
+EK_FN v3 point_of_discs(constant Frame* frame, LightData lights, v3 dir, v3 random, vu* start) {
+  const vf chosen = random.x * all_target_radii2(frame, lights);
   vf radius = (vf)(0.0f);
   vu target = (vu)(0u);
   v3 centre = dir;
@@ -173,8 +173,8 @@ EK_FN v3 point_of_discs(constant Frame* frame, LightData lights, v3 dir, v3 numb
     centre = select3(takes, splat3(ball), centre);
     before += ball.w * ball.w * target_weight(lights, i, EK_AIM_DISC);
   }
-  *start = aim_warp(lights, target, EK_AIM_DISC, &numbers);
-  const DiskPoint at = warp_disk(numbers.y, numbers.z);
+  *start = aim_warp(lights, target, EK_AIM_DISC, &random);
+  const DiskPoint at = warp_disk(random.y, random.z);
   const Basis basis = basis_around(dir);
   return add3(centre, scale3(add3(scale3(basis.x, at.x), scale3(basis.y, at.y)), radius));
 }

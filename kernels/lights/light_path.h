@@ -79,6 +79,12 @@ EK_FN vf density_beside_sampling(vf density, vf pdf_sr, vf sr) { return div_f(de
 /// pdf_m2  of light paths, per m^2 across them at the glossy target, if all started from this light
 EK_FN vf density_beside_sampling_of_point(vf pdf_m2, vf sr) { return div_f(pdf_m2, sr); }
 
+/// PathState.path of a light path: the replicate of its sample, and the name of its start
+/// (shared/light_target.h).
+EK_FN vu light_path_tag(vu replicate, vu start) { return replicate | start << 8; }
+EK_FN vu light_path_replicate(vu tag) { return tag & 0xffu; }
+EK_FN vu light_path_start(vu tag) { return tag >> 8; }
+
 /// The start of a light path.
 typedef struct {
   v3 origin, dir;   // world; dir: unit
@@ -103,11 +109,11 @@ EK_FN v3 before_scene(constant Frame* frame, v3 p, v3 dir) {
 /// Makes the start that of parallel light, or of light from an environment map, in the lanes of
 /// such light.
 /// returns the density over which the light is divided
-EK_FN vf emit_distant(constant Frame* frame, LightData lights, LightSample light, vu index, v3 numbers,
+EK_FN vf emit_distant(constant Frame* frame, LightData lights, LightSample light, vu index, v3 random,
                       EmittedPath* path) {
   const v3 dir = neg3(light.wi);
   vu start;
-  const v3 p = point_of_discs(frame, lights, dir, numbers, &start);
+  const v3 p = point_of_discs(frame, lights, dir, random, &start);
   const vf of_place = parallel_pdf_m2(frame, lights, p, dir);
   vf density = gather_f(lights.light_paths.emission_pdf, index) * of_place,
      in_the_mean = -(vf)(mean_parallel_pdf_m2(lights));
@@ -139,10 +145,10 @@ EK_FN vf emit_from_surface(constant Frame* frame, LightData lights, LightSample 
 
 /// Starts a light path.
 /// choice   of the light, by the table of emission
-/// numbers  as direction_to_targets takes them
+/// random   as direction_to_targets takes it
 /// words    for the direction from an environment map
 EK_FN EmittedPath emit_light_path(constant Frame* frame, SceneData scene, LightData lights, AliasSample choice,
-                                  v3 numbers, LightWords words) {
+                                  v3 random, LightWords words) {
   const PickedLight picked = {choice, (vf)(1.0f)};
   const v3 up = V3((vf)(0.0f), (vf)(0.0f), (vf)(1.0f));
   const LightViewer viewer = {.basis = basis_around(up),
@@ -162,7 +168,7 @@ EK_FN EmittedPath emit_light_path(constant Frame* frame, SceneData scene, LightD
   path.group = light.group;
   path.triangle = (vu)(EK_NO_HIT);
   path.start = (vu)(0u);
-  path.dir = EK_HAS_near_light ? direction_to_targets(frame, lights, light.p, numbers, &path.start) : up;
+  path.dir = EK_HAS_near_light ? direction_to_targets(frame, lights, light.p, random, &path.start) : up;
   path.origin = light.p;
   path.throughput = light.radiance;
   vf density = selection;  // of this path, over which the light is divided
@@ -182,7 +188,7 @@ EK_FN EmittedPath emit_light_path(constant Frame* frame, SceneData scene, LightD
     path.throughput = select3(light.is_punctual, scale3(path.throughput, falloff), path.throughput);
   }
   if (EK_HAS_directional | EK_HAS_environment_map) {
-    const vf of_distant = emit_distant(frame, lights, light, choice.index, numbers, &path);
+    const vf of_distant = emit_distant(frame, lights, light, choice.index, random, &path);
     density = light.is_distant ? of_distant : density;
   }
   path.throughput = scale3(path.throughput, density > 0.0f ? div_f((vf)(1.0f), density) : (vf)(0.0f));

@@ -4,7 +4,7 @@
 #ifndef EK_SHARED_PHOTON_H
 #define EK_SHARED_PHOTON_H
 
-// PHOTON_info: replicate | light group << 8 | edges from the light to the surface << 16.
+// PHOTON_info: EK_PHOTON_INFO, with the number of edges from the light to the surface.
 // PHOTON_dir_*: back along the light path. PHOTON_normal: pack_normal of the surface's own
 // (lights/light_tree.h). PHOTON_r, g, b: power of the light path, W, over the cosine of its
 // direction with the surface's own normal, because bsdf_evaluate multiplies by a cosine.
@@ -15,6 +15,10 @@ enum {
   PHOTON_order, PHOTON_WORDS
 };
 #define EK_PHOTON_EDGES_MOST 0xffffu
+#define EK_PHOTON_INFO(replicate, group, edges) ((replicate) | (group) << 8 | (edges) << 16)
+#define EK_PHOTON_REPLICATE(info) ((info)&0xffu)
+#define EK_PHOTON_GROUP(info) ((info) >> 8 & 0xffu)
+#define EK_PHOTON_EDGES(info) ((info) >> 16)
 
 // Frame.of_light_paths
 #define EK_OF_CAMERA_PATHS 0u

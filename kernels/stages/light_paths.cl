@@ -10,7 +10,7 @@
 
 #if EK_CHUNKED & EK_HAS_light_paths
 EK_FN_ONCE void light_paths_run(StageContext stage, Geometry geometry, LightData light_data, PathSource source,
-                                PathCounter counter, SplatList list) {
+                                PathCounter counter, RecordList list) {
   uint path_rays = 0, shadow_rays = 0;
   for (;;) {
     uint first;
@@ -39,7 +39,7 @@ kernel void light_paths(constant Frame* frame, global const uint* pixels, global
   const LightData light_data = EK_LIGHT_DATA;
   const Geometry geometry = {accel_nodes, accel_leaves, EK_SCENE_DATA EK_NOT_OVER_TIME};
   const PathCounter counter = {next_path, frame->path_count, (uint)get_global_size(0)};
-  const SplatList list = {splats, splat_counts, frame->splat_capacity};
+  const RecordList list = {splats, splat_counts, frame->splat_capacity};
   const PathSource source = {.pixels = pixels, .filter_table = filter_table};
   light_paths_run(stage, geometry, light_data, source, counter, list);
 #endif

@@ -138,7 +138,7 @@ EK_FN void shadow_pack_v3(global uint* state, uint word, uint slot, Packing keep
 
 /// As path_load, of shadow rays.
 EK_FN ShadowRay shadow_load(global const uint* state, uint slot) {
-  ShadowRay ray = {.path = (vu)(0u)};
+  ShadowRay ray = {.destination = (vu)(0u)};
 #define EK_SHADOW(type, name, needed) \
   if (needed) ray.name = shadow_##type(state, SHADOW_##name, slot);
 #include "shared/path_state.def"

@@ -43,13 +43,13 @@ EK_FN void shadow_trace(StageContext stage, Geometry geometry, Tracing* tracing,
     const vi in_use = LANE_INDEX < (vu)(min(count - row, (uint)EK_WIDTH));
     const Contribution light = {
         .live = in_use & !any_result(tracing, row),
-        .path = ray.path,
-        .null_interface_count = (EK_HAS_nested_media & EK_HAS_bounce_bins) ? ray.null_interface_count : (vu)(0u),
+        .path = ray.destination,
+        .uncounted = (EK_HAS_nested_media & EK_HAS_bounce_bins) ? ray.null_interface_count : (vu)(0u),
         .group = EK_HAS_light_group ? ray.light_group : (vu)(0u),
         .radiance = ray.radiance};
     film_add_light(stage.film, depth, light);
 #if EK_HAS_path_log
-    log_set_f(stage.log, depth, LOG_sampled, light.live, ray.path, ray.logged);
+    log_set_f(stage.log, depth, LOG_sampled, light.live, ray.destination, ray.logged);
 #endif
   }
 }

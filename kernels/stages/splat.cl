@@ -7,7 +7,7 @@ kernel void splat(constant Frame* frame, global uint* path_state, global const u
   EK_RAY_MEMORY
   const Geometry geometry = EK_GEOMETRY;
   const StageContext stage = {.frame = frame, .state = chunk_state(path_state), .queue = queue_shadow + EK_ENTRY};
-  const SplatList list = {splats, splat_counts, frame->splat_capacity};
+  const RecordList list = {splats, splat_counts, frame->splat_capacity};
   stage_splat(stage, geometry, list, shadow_count(counts));
 #endif
 }

@@ -51,7 +51,7 @@ double least_error_times_cost(const LightTrial& trial) { return error_times_cost
 /// The ratio of densities that a splat states: within a factor of the root of 2, as only its
 /// exponent is kept.
 double ratio_of(std::uint32_t info) {
-  const std::uint32_t exponent = info >> EK_SPLAT_RATIO_SHIFT & EK_SPLAT_RATIO_INFINITE;
+  const std::uint32_t exponent = EK_SPLAT_RATIO(info);
   if (exponent == EK_SPLAT_RATIO_INFINITE) return std::numeric_limits<double>::infinity();
   return std::ldexp(std::numbers::sqrt2, int(exponent) - 127);
 }
@@ -130,7 +130,7 @@ class TrialSums {
       for (std::size_t i = 0; i < kRatios; ++i) shared_[pixel][i] += value * value * moments[i];
       of_camera_[pixel] += std::isinf(ratio) ? 0 : value * value / ratio;
       if (scales[pixel] > 0)
-        aim_.add(splat[SPLAT_info] & 0xffU, EK_SPLAT_START(splat[SPLAT_pixel]),
+        aim_.add(EK_SPLAT_REPLICATE(splat[SPLAT_info]), EK_SPLAT_START(splat[SPLAT_pixel]),
                  value * value * moments[kUsualRatio] / scales[pixel]);
     }
     splats_.clear();

@@ -33,7 +33,7 @@ using Photon = std::array<std::uint32_t, PHOTON_WORDS>;
 
 bool comes_before(const Photon& a, const Photon& b) {
   const auto key = [](const Photon& p) {
-    return std::make_tuple(p[PHOTON_info] & 0xffU, p[PHOTON_order], p[PHOTON_info]);
+    return std::make_tuple(EK_PHOTON_REPLICATE(p[PHOTON_info]), p[PHOTON_order], p[PHOTON_info]);
   };
   return key(a) != key(b) ? key(a) < key(b) : a < b;
 }
@@ -54,7 +54,7 @@ void buckets_of(const Photon& photon, float reach, float scale, std::uint32_t ma
     last[axis] = cell_coordinate(high * scale);
   }
   found.clear();
-  const std::uint32_t replicate = photon[PHOTON_info] & 0xffU;
+  const std::uint32_t replicate = EK_PHOTON_REPLICATE(photon[PHOTON_info]);
   for (std::uint32_t z = first[2]; z <= last[2]; ++z)
     for (std::uint32_t y = first[1]; y <= last[1]; ++y)
       for (std::uint32_t x = first[0]; x <= last[0]; ++x)

@@ -49,14 +49,14 @@ EK_FN_ONCE void stage_light_generate(StageContext stage, SceneData scene, LightD
     sample_2d_bits(key, index, DIM_FILTER, &a, &b);
     const AliasSample choice =
         alias_table_sample(lights.light_paths.emission_alias_table, frame->emission_light_count, a, b);
-    v3 numbers;
+    v3 random;
     vf unused;
-    sample_2d(key, index, DIM_LENS, &numbers.y, &numbers.z);
-    sample_2d(key, index, DIM_TIME, &numbers.x, &unused);  // the other one is the channel of glass with dispersion
+    sample_2d(key, index, DIM_LENS, &random.y, &random.z);
+    sample_2d(key, index, DIM_TIME, &random.x, &unused);  // the other one is the channel of glass with dispersion
     LightWords words = {(vu)(0u), (vu)(0u), (vu)(0u), (vu)(0u), 0u};
     if (EK_HAS_environment_map) sample_2d_bits(key, index, bounce_dimension(0, DIM_ENVIRONMENT), &words.c, &words.d);
-    const EmittedPath emitted = emit_light_path(frame, scene, lights, choice, numbers, words);
-    const PathState start = {.path = replicate | emitted.start << 8,
+    const EmittedPath emitted = emit_light_path(frame, scene, lights, choice, random, words);
+    const PathState start = {.path = light_path_tag(replicate, emitted.start),
                              .key = key,
                              .index = index,
                              .origin = emitted.origin,

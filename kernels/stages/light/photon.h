@@ -17,8 +17,8 @@ EK_FN uint photon_leave(const ShadeContext* c, const PathHit* hit, const Shading
   if (EK_HAS_nested_media) leaves = leaves & !point->interface.is_null;
   const vu edges = (vu)(c->depth) - point->interface.null_interface_count;
   const vu most = (vu)(EK_PHOTON_EDGES_MOST);
-  vu info = (hit->path.path & 0xffu) | (edges < most ? edges : most) << 16;
-  if (EK_HAS_light_group) info = info | hit->path.source_group << 8;
+  const vu group = EK_HAS_light_group ? hit->path.source_group : (vu)(0u);
+  const vu info = EK_PHOTON_INFO(light_path_replicate(hit->path.path), group, edges < most ? edges : most);
   vf met = cosine;  // the share of light from there that meets an area of the surface
   // Light paths end on a surface of alphaMode BLEND as often as its opacity says, and so do the
   // paths from the camera that gather there. So that it counts once, the photon has the light that
@@ -28,18 +28,18 @@ EK_FN uint photon_leave(const ShadeContext* c, const PathHit* hit, const Shading
     met = met * material_opacity(c->scene, record, hit->attributes);
     leaves = leaves & (met > 0.0f);
   }
-  const ShadowRay photon = {.path = point->index,
+  const ShadowRay photon = {.destination = point->index,
                             .origin = point->p,
                             .dir = to_light,
                             .radiance = scale3(point->beta, div_f((vf)(1.0f), met)),
                             .photon_normal = pack_normal(point->n_geom, (vi)(0)),
-                            .splat = info};
+                            .record_info = info};
   shadow_store(c->stage.state, slot, packing(leaves), photon);
   return mask_bits(leaves);
 }
 
 /// Lists the photons of stage `light_shade`. count: of them
-EK_FN void photons_list(StageContext stage, SplatList list, uint count) {
+EK_FN void photons_add(StageContext stage, RecordList list, uint count) {
   PathWalk walk = path_walk(count);
   while (path_walk_next(&walk, stage.queue, EK_WIDTH)) {
     const ShadowRay ray = shadow_load(stage.state, walk.slot);
@@ -47,7 +47,7 @@ EK_FN void photons_list(StageContext stage, SplatList list, uint count) {
     photon[PHOTON_x] = AS_U(ray.origin.x);
     photon[PHOTON_y] = AS_U(ray.origin.y);
     photon[PHOTON_z] = AS_U(ray.origin.z);
-    photon[PHOTON_info] = ray.splat;
+    photon[PHOTON_info] = ray.record_info;
     photon[PHOTON_dir_x] = AS_U(ray.dir.x);
     photon[PHOTON_dir_y] = AS_U(ray.dir.y);
     photon[PHOTON_dir_z] = AS_U(ray.dir.z);
@@ -55,8 +55,8 @@ EK_FN void photons_list(StageContext stage, SplatList list, uint count) {
     photon[PHOTON_r] = AS_U(ray.radiance.x);
     photon[PHOTON_g] = AS_U(ray.radiance.y);
     photon[PHOTON_b] = AS_U(ray.radiance.z);
-    photon[PHOTON_order] = ray.path;
-    list_add(list, LANE_INDEX < (vu)(walk.lanes), photon, PHOTON_WORDS);
+    photon[PHOTON_order] = ray.destination;
+    record_add(list, LANE_INDEX < (vu)(walk.lanes), photon, PHOTON_WORDS);
   }
 }
 #endif

@@ -7,11 +7,12 @@
 // glossy one. From the second surface on, a shadow ray joins it to the camera and carries what
 // arrives there.
 //
-// BSDFs are those of the camera's paths: wo is towards the camera. Where a light path is scattered
-// otherwise than by a mirror, the BSDF is therefore evaluated anew as a viewer in the new direction
-// sees the surface, with the normals that such a viewer has, and the result holds for any material,
-// reciprocal or not. The cosines of both directions with the surface itself make light of it that
-// flows [Veach 1997, section 5.3].
+// A BSDF sample carries radiance, and its wo is towards the viewer. A light path carries power, so
+// its weight is that of the adjoint BSDF [Veach 1997, section 5.3]: the ratio of cosines corrects
+// for shading normals [eq. 5.19], and eta^2 undoes the scaling of radiance at refraction [section
+// 5.2]. Where the scattering is not delta, the BSDF is evaluated anew as a viewer in the new
+// direction sees the surface, with the normals that such a viewer has, so the result holds for any
+// material, reciprocal or not.
 #ifndef EK_STAGE_LIGHT_SHADE_H
 #define EK_STAGE_LIGHT_SHADE_H
 #include "film/filter.h"
@@ -20,14 +21,19 @@
 #include "stages/shade.h"
 
 #if EK_HAS_light_paths
+/// The medium that a direction from a hit leads into. front: mask, on the front side
+EK_FN vu medium_on_side(const PathHit* hit, const MediumInterface* interface, vi front) {
+  const vi is_side_of_light = (front & hit->front) | (!front & !hit->front);
+  return is_side_of_light ? interface->medium : interface->transmitted_medium;
+}
+
 /// The hit of a light path as a viewer sees it.
 /// to_viewer  world, unit
 EK_FN PathHit seen_from(const PathHit* hit, const MediumInterface* interface, v3 to_viewer) {
   PathHit seen = *hit;
   seen.path.dir = neg3(to_viewer);
   seen.front = dot3(hit->surface.n_geom, to_viewer) > 0.0f;
-  const vi same_side = (seen.front & hit->front) | (!seen.front & !hit->front);
-  if (EK_HAS_MEDIUM) seen.path.medium = same_side ? interface->medium : interface->transmitted_medium;
+  if (EK_HAS_MEDIUM) seen.path.medium = medium_on_side(hit, interface, seen.front);
   return seen;
 }
 
@@ -108,9 +114,8 @@ EK_FN uint camera_cast(const ShadeContext* c, global const float* filter_table, 
   const vu exponent = is_shared ? AS_U(ratio) >> 23 : (vu)(EK_SPLAT_RATIO_INFINITE);
   v3 arriving = scale3(mul3(point->beta, f), (film_density_m2(frame, view.dir, view.distance) * share) * splat.weight);
   const vi towards_front = dot3(n_geom, to_camera) > 0.0f;
-  const vi same_side = (towards_front & hit->front) | (!towards_front & !hit->front);
   if (EK_HAS_absorption) {
-    const vu medium = same_side ? point->interface.medium : point->interface.transmitted_medium;
+    const vu medium = medium_on_side(hit, &point->interface, towards_front);
     arriving = mul3(arriving, transmittance(medium_absorption(c->scene, medium), view.distance));
   }
   vi seen = on_film;
@@ -121,14 +126,14 @@ EK_FN uint camera_cast(const ShadeContext* c, global const float* filter_table, 
   // The ray goes from the camera to the point, as the camera's rays do, so both are stopped by the
   // same surfaces. Its end is that of a shadow ray to a light (light_ray).
   const v3 target = offset_ray_origin(point->p, point->p_error, point->n_geom, to_camera);
-  const vf margin = min_f(div_f(0x1p-17f, abs_f(dot3(n_geom, view.dir))), (vf)(0x1p-8f));
+  const vf margin = shadow_margin(abs_f(dot3(n_geom, view.dir)));
   const vu counted = (vu)(c->depth) - point->interface.null_interface_count;
   const vu scatterings = counted < EK_SPLAT_SCATTERINGS_MOST ? counted : (vu)(EK_SPLAT_SCATTERINGS_MOST);
   const vu pixel = (aim_flags(c->lights) & EK_AIM_NAMES_STARTS) != 0u
-                       ? EK_SPLAT_NAMED_PIXEL(splat.pixel, hit->path.path >> 8)
+                       ? EK_SPLAT_NAMED_PIXEL(splat.pixel, light_path_start(hit->path.path))
                        : splat.pixel;
   const ShadowRay ray = {
-    .path = pixel,
+    .destination = pixel,
     .opacity_key = opacity.key,
     .opacity_index = opacity.index,
     .origin = view.eye,
@@ -140,8 +145,7 @@ EK_FN uint camera_cast(const ShadeContext* c, global const float* filter_table, 
 #if EK_HAS_light_group
     .light_group = hit->path.source_group,
 #endif
-
-    .splat = (hit->path.path & 0xffu) | scatterings << 8 | exponent << EK_SPLAT_RATIO_SHIFT
+    .record_info = EK_SPLAT_INFO(light_path_replicate(hit->path.path), scatterings, exponent)
   };
   shadow_store(c->stage.state, slot, packing(pending), ray);
   return mask_bits(pending);
@@ -155,13 +159,13 @@ EK_FN ScatteredPath light_scatter(const ShadeContext* c, const PathHit* hit, con
   const v3 to_light = neg3(hit->path.dir);
   const vf geom_light = abs_f(dot3(point->n_geom, to_light)), geom_next = abs_f(dot3(point->n_geom, next.dir));
   const vf shade_light = abs_f(point->wo.z), shade_next = abs_f(next.wi.z);
-  // The shares of radiance that a sample's weight has, made those of light that flows.
-  vf exact = div_f(geom_next * shade_light, geom_light * shade_next);
+  // Of delta scattering: the weight of the adjoint BSDF over that of the sample.
+  vf adjoint = div_f(geom_next * shade_light, geom_light * shade_next);
   if (EK_HAS_transmission) {
     const vi refracted = point->material.solid & (next.wi.z < 0.0f);
-    exact = exact * (refracted ? point->material.eta * point->material.eta : (vf)(1.0f));
+    adjoint = adjoint * (refracted ? point->material.eta * point->material.eta : (vf)(1.0f));
   }
-  v3 weight = scale3(next.beta, is_null ? (vf)(1.0f) : exact);
+  v3 weight = scale3(next.beta, is_null ? (vf)(1.0f) : adjoint);
   if (ANY(next.survives & !is_delta)) {
     vi faces_away;
     const v3 f = scattered_towards(c, hit, point, next.dir, channel, &faces_away);

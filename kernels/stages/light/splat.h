@@ -10,10 +10,10 @@
 #endif
 
 #if EK_HAS_light_paths
-EK_FN_ONCE void stage_splat(StageContext stage, Geometry geometry, SplatList list, uint count) {
+EK_FN_ONCE void stage_splat(StageContext stage, Geometry geometry, RecordList list, uint count) {
 #if EK_HAS_merging
   if (stage.frame->of_light_paths == EK_OF_PHOTONS) {
-    photons_list(stage, list, count);
+    photons_add(stage, list, count);
     return;
   }
 #endif
@@ -26,7 +26,7 @@ EK_FN_ONCE void stage_splat(StageContext stage, Geometry geometry, SplatList lis
       const ShadowRay ray = shadow_load(stage.state, walk.slot + row);
       const vi arrives = (LANE_INDEX < (vu)(min(walk.lanes - row, (uint)EK_WIDTH))) & !any_result(&tracing, row);
       const vu group = EK_HAS_light_group ? ray.light_group << 24 : (vu)(0u);
-      splat_add(list, arrives, ray.path, ray.splat | group, ray.radiance);
+      splat_add(list, arrives, ray.destination, ray.record_info | group, ray.radiance);
     }
   }
 }

@@ -132,7 +132,7 @@ EK_FN uint direct_light_cast(const ShadeContext* c, const ShadingPoint* point, P
   if (EK_HAS_absorption) radiance = mul3(radiance, transmitted);
   OpacityKey opacity = {(vu)(0u), (vu)(0u)};
   if (EK_HAS_opacity) opacity = opacity_key(point->key + k * EK_LIGHT_SAMPLE_KEY, point->index, c->depth, 1u);
-  const ShadowRay ray = {.path = point->path,
+  const ShadowRay ray = {.destination = point->path,
                          .opacity_key = opacity.key,
                          .opacity_index = opacity.index,
 #if EK_HAS_moving_surface

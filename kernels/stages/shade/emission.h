@@ -36,7 +36,7 @@ EK_FN Contribution emission_contribution(const PathHit* hit, const ShadingPoint*
   const Contribution light = {
       .live = live,
       .path = hit->path.path,
-      .null_interface_count = point->interface.null_interface_count,
+      .uncounted = point->interface.null_interface_count,
       .group = (hit->corners.flags >> EK_TRIANGLE_GROUP_SHIFT) & (EK_LIGHT_GROUPS_MOST - 1u),
       .radiance = radiance};
   return light;

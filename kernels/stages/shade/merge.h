@@ -44,7 +44,7 @@ EK_FN vi is_photon_at(const ShadeContext* c, const ShadingPoint* point, vu first
   constant Frame* frame = c->stage.frame;
   const v3 way = sub3(photon_v3(c->lights.photon_map.photons, first_word), point->p);
   const vf height = dot3(way, point->n_geom), radius2 = (vf)(frame->photon_radius2);
-  return (dot3(way, way) <= radius2) & (height * height <= EK_PHOTON_HEIGHT2 * radius2) & ((info & 0xffu) == replicate);
+  return (dot3(way, way) <= radius2) & (height * height <= EK_PHOTON_HEIGHT2 * radius2) & (EK_PHOTON_REPLICATE(info) == replicate);
 }
 
 /// Adds the light of the photons around each lane's point to its film slots.
@@ -65,7 +65,7 @@ EK_FN void add_merged_light(const ShadeContext* c, const PathHit* hit, const Sha
     if (!ANY(near)) continue;
     const v3 normal = unpack_normal(gather_u(map.photons, first_word + (uint)PHOTON_normal));
     near = near & (abs_f(dot3(normal, point->n_geom)) > EK_PHOTON_COSINE);
-    const vu photon_edges = info >> 16;
+    const vu photon_edges = EK_PHOTON_EDGES(info);
     if (frame->max_depth != 0u) near = near & (edges + photon_edges <= frame->max_depth);
     const v3 dir = photon_v3(map.photons, first_word + (uint)PHOTON_dir_x), wi = to_local(point->basis, dir);
     near = near & is_on_geometric_side(point, wi, dot3(dir, point->n_geom));
@@ -74,12 +74,12 @@ EK_FN void add_merged_light(const ShadeContext* c, const PathHit* hit, const Sha
     const v3 arriving = scale3(mul3(point->beta, mul3(f, power)), (vf)(frame->photon_weight));
     sum = select3(near, add3(sum, arriving), sum);
     if (EK_HAS_bounce_bins | EK_HAS_light_group) {
-      // The photon was scattered photon_edges - 1 times. The layers count surfaces by the camera
-      // path's depth less this number, which may go below 0 and wraps back there.
+      // The photon's path had photon_edges - 1 surfaces before this one, which the depth of the
+      // camera path does not count.
       const Contribution light = {.live = near,
                                   .path = point->path,
-                                  .null_interface_count = point->interface.null_interface_count - (photon_edges - 1u),
-                                  .group = (info >> 8) & 0xffu,
+                                  .uncounted = point->interface.null_interface_count - (photon_edges - 1u),
+                                  .group = EK_PHOTON_GROUP(info),
                                   .radiance = arriving};
       film_add_light_layers(c->stage.film, c->depth, light);
     }

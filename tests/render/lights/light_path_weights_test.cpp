@@ -241,7 +241,7 @@ void compare_splats(const LampWavefront& wavefront, const Placement& placed, con
     EXPECT_NEAR(weight, expected, 0.02 * expected) << "R " << ratio;
     seen.deviations += weight / expected - 1;
     // The splat also says R itself, to a power of two.
-    const int exponent = int(splat[SPLAT_info] >> EK_SPLAT_RATIO_SHIFT & 0xffU) - 127;
+    const int exponent = int(EK_SPLAT_RATIO(splat[SPLAT_info])) - 127;
     EXPECT_NEAR(std::log2(ratio), exponent + 0.5, 0.5 + 0.03);
     seen.ratios.add(ratio);
   }

@@ -52,7 +52,7 @@ TEST(PhotonMap, holds_every_photon_once_in_the_bucket_of_each_point_near_it) {
         double distance2 = 0;
         for (std::size_t axis = 0; axis < 3; ++axis)
           distance2 += std::pow(double(std::bit_cast<float>(words[axis])) - double(p[axis]), 2);
-        if (distance2 > double(kRadius2) || (words[PHOTON_info] & 0xffU) != replicate) continue;
+        if (distance2 > double(kRadius2) || (EK_PHOTON_REPLICATE(words[PHOTON_info])) != replicate) continue;
         ASSERT_EQ(here.count(k), 1U);
         ++found;
       }
