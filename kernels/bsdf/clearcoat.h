@@ -36,8 +36,7 @@ EK_FN Coat make_coat(vf clearcoat, vf alpha, v3 normal, v3 wo) {
     k.basis = basis_around(normal);
     k.wo = to_local(k.basis, wo);
   }
-  const vf fresnel = 0.04f + 0.96f * schlick_weight(k.wo.z);
-  k.share = ((k.wo.z > 0.0f) & (wo.z > 0.0f)) ? clearcoat * fresnel : (vf)(0.0f);
+  k.share = ((k.wo.z > 0.0f) & (wo.z > 0.0f)) ? clearcoat * coat_reflectance(k.wo.z) : (vf)(0.0f);
   k.smooth = alpha < EK_SMOOTH_ALPHA;
   k.alpha = ggx_isotropic(max_f(alpha, (vf)(EK_SMOOTH_ALPHA)));
   k.length_o = ggx_length(k.wo, k.alpha);

@@ -21,8 +21,8 @@ EK_FN BsdfSample diffuse_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choice) {
   const v3 wi = diffuse_direction(m, u, v, &over_cosine);
   const vf pdf = ((wo.z > 0.0f) & (wi.z > 0.0f)) ? (wi.z * EK_INV_PI) * over_cosine : (vf)(0.0f);
   BsdfSample s = {m.base_color, wi, pdf, (vi)(0)};
-  if (EK_HAS_GUIDE) s.weight = scale3(s.weight, div_f(1.0f, over_cosine));
-  if (EK_HAS_GEOMETRIC_NORMAL) s.weight = scale3(s.weight, diffuse_terminator(m, wi));
+  if (EK_USES_GUIDE) s.weight = scale3(s.weight, div_f(1.0f, over_cosine));
+  if (EK_USES_GEOMETRIC_NORMAL) s.weight = scale3(s.weight, diffuse_terminator(m, wi));
   return s;
 }
 

@@ -17,6 +17,10 @@ EK_FN vf schlick_weight(vf cosine) {
   return (m2 * m2) * m;
 }
 
+/// Reflectance of a coat of lacquer, of index 1.5, by Schlick's approximation
+/// [KHR_materials_clearcoat].
+EK_FN vf coat_reflectance(vf cosine) { return 0.04f + 0.96f * schlick_weight(cosine); }
+
 /// f0 + (f90 - f0) weight [glTF 2.0, appendix B.3.2]; weight: schlick_weight of the angle to the
 /// microfacet.
 EK_FN v3 schlick(v3 f0, vf f90, vf weight) {

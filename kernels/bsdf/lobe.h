@@ -8,8 +8,9 @@
 #include "guide/guide.h"
 
 /// A shading normal may differ from that of the surface itself (surface/shading_normal.h).
-#define EK_HAS_SHADING_NORMAL (EK_HAS_vertex_normal | EK_HAS_normal_texture)
-#define EK_HAS_GEOMETRIC_NORMAL (EK_HAS_SHADING_NORMAL | EK_HAS_clearcoat_normal)
+#define EK_USES_SHADING_NORMAL (EK_HAS_vertex_normal | EK_HAS_normal_texture)
+/// BSDFs need the normal of the surface itself (MaterialLanes.n_geom).
+#define EK_USES_GEOMETRIC_NORMAL (EK_USES_SHADING_NORMAL | EK_HAS_clearcoat_normal)
 
 // The parameters of a material at a hit, one per lane (surface/material.h fills them in).
 typedef struct {
@@ -31,7 +32,7 @@ typedef struct {
   vf clearcoat;        // [0, 1]
   vf clearcoat_alpha;  // square of glTF's roughness
   v3 clearcoat_normal; // local, unit, on wo's side
-#if EK_HAS_GEOMETRIC_NORMAL
+#if EK_USES_GEOMETRIC_NORMAL
   int has_n_geom;      // 0: n_geom is +z in all lanes
   v3 n_geom;           // normal of the surface itself, local, unit, on wo's side
 #endif
@@ -43,7 +44,7 @@ typedef struct {
   LobeDetailLanes own;  // what one lobe alone needs (shared/lobe_parameters.def)
   global const float* measured;   // tables of all materials, the same for all lanes
   vu measured_table;              // word at which the lane's own table begins
-#if EK_HAS_GUIDE
+#if EK_USES_GUIDE
   GuideCell guide;  // steers the diffuse part
 #endif
 } MaterialLanes;
@@ -51,7 +52,7 @@ typedef struct {
 /// Sets n_geom.
 /// has_n_geom  0: it is +z in all lanes
 EK_FN void set_geometric_normal(MaterialLanes* m, v3 n_geom, int has_n_geom) {
-#if EK_HAS_GEOMETRIC_NORMAL
+#if EK_USES_GEOMETRIC_NORMAL
   m->n_geom = n_geom;
   m->has_n_geom = has_n_geom;
 #else
@@ -102,7 +103,7 @@ EK_FN BsdfSample bsdf_sample_of(BsdfValue value, v3 wi, vi delta) {
 /// Density with which a diffuse part is sampled in a direction of the upper hemisphere, per sr.
 EK_FN vf diffuse_pdf(MaterialLanes m, v3 wi) {
   const vf cosine = wi.z * EK_INV_PI;
-#if EK_HAS_GUIDE
+#if EK_USES_GUIDE
   return cosine * guide_density(m.guide, wi);
 #else
   (void)m;
@@ -114,7 +115,7 @@ EK_FN vf diffuse_pdf(MaterialLanes m, v3 wi) {
 /// cosine
 EK_FN v3 diffuse_direction(MaterialLanes m, vf u, vf v, vf* over_cosine) {
   *over_cosine = (vf)(1.0f);
-#if EK_HAS_GUIDE
+#if EK_USES_GUIDE
   *over_cosine = guide_warp(m.guide, &u, &v);
 #else
   (void)m;

@@ -58,12 +58,12 @@ EK_FN v3 surface_reflectance(MaterialLanes m, v3 f0, vf f90, LayerShares shares,
   const vi metal = shares.metal > 0.0f, both = metal & (shares.dielectric > 0.0f);
   const v3 first_f0 = select3(metal, m.base_color, m.f0_dielectric);
   const v3 first = with_thin_film(m, schlick(first_f0, metal ? (vf)(1.0f) : m.specular, weight), first_f0, cosine);
-  v3 under = scale3(first, metal ? shares.metal : shares.dielectric);
+  v3 with_film = scale3(first, metal ? shares.metal : shares.dielectric);
   if (ANY(both)) {
     const v3 second = with_thin_film(m, schlick(m.f0_dielectric, m.specular, weight), m.f0_dielectric, cosine);
-    under = add3(under, scale3(second, both ? shares.dielectric : none));
+    with_film = add3(with_film, scale3(second, both ? shares.dielectric : none));
   }
-  return select3(m.iridescence > 0.0f, under, plain);
+  return select3(m.iridescence > 0.0f, with_film, plain);
 #else
   (void)m;
   (void)shares;
@@ -128,8 +128,8 @@ EK_FN GgxAlbedo specular_mean_albedo(SpecularOverDiffuse k) {
 #if EK_HAS_energy_compensation
 // 1 - E of the layer's microfacets if they reflect all light; 0 where they are smooth.
 EK_FN vf metal_one_minus_E(SpecularOverDiffuse k, vf cosine, vf length) {
-  const vf lost = one_minus_E(k.alpha, cosine, length);
-  return k.smooth ? (vf)(0.0f) : lost;
+  const vf one_minus = one_minus_E(k.alpha, cosine, length);
+  return k.smooth ? (vf)(0.0f) : one_minus;
 }
 // 2 times the integral of metal's reflectance over the cosine times the cosine; under a film by
 // Gaussian quadrature.
@@ -180,11 +180,11 @@ EK_FN SpecularOverDiffuse make_specular_over_diffuse(MaterialLanes m, v3 wo, v3 
   k.diffuse = mean_component(base) * k.one_minus_albedo_o;
 #if EK_HAS_energy_compensation
   // This is for metal alone: the base of a dielectric receives whatever the layer does not reflect.
-  const vf lost = metal_one_minus_E(k, wo.z, k.length_o), one_minus_avg = max_f(one_minus_E_avg(k.alpha), (vf)(0x1p-30f));
-  const v3 once = metal_mean_reflectance(m);
-  const v3 more = scale3(ms_fresnel3(once, one_minus_avg), m.metallic * lost);
-  k.ms_lobe = scale3(more, div_f(EK_INV_PI, one_minus_avg));
-  k.diffuse = k.diffuse + mean_component(more);
+  const vf one_minus_E_o = metal_one_minus_E(k, wo.z, k.length_o), one_minus_avg = max_f(one_minus_E_avg(k.alpha), (vf)(0x1p-30f));
+  const v3 mean_f = metal_mean_reflectance(m);
+  const v3 ms_albedo = scale3(ms_fresnel3(mean_f, one_minus_avg), m.metallic * one_minus_E_o);
+  k.ms_lobe = scale3(ms_albedo, div_f(EK_INV_PI, one_minus_avg));
+  k.diffuse = k.diffuse + mean_component(ms_albedo);
 #endif
   return k;
 }
@@ -207,7 +207,7 @@ EK_FN v3 diffuse_part(SpecularOverDiffuse k, vf cos_i, vf length_i) {
 EK_FN SpecularOverDiffuse metallic_roughness_terms(MaterialLanes m, v3 wo) {
   SpecularOverDiffuse k =
       make_specular_over_diffuse(m, wo, m.f0, m.f90, layer_shares(m), scale3(m.base_color, 1.0f - m.metallic));
-#if EK_HAS_GUIDE
+#if EK_USES_GUIDE
   // Directions of the diffuse part come from the table, so a surface whose highlight is wide
   // follows the table sometimes even if all it reflects is the highlight.
   const vi wide = guide_has(m.guide) & (m.ggx_alpha >= EK_GUIDED_ALPHA);

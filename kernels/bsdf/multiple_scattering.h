@@ -32,25 +32,27 @@ EK_FN vf isotropic_one_minus_E_avg(vf alpha) {
 /// 1 - E, with E the albedo of microfacets that reflect all light.
 /// c, length  cosine and ggx_length of the direction
 EK_FN vf one_minus_E(GgxAlpha alpha, vf c, vf length) {
-  const vf lost = isotropic_one_minus_E(alpha.y, c);
-  if (!EK_HAS_anisotropy) return lost;
+  const vf isotropic = isotropic_one_minus_E(alpha.y, c);
+  if (!EK_HAS_anisotropy) return isotropic;
   const vi differs = alpha.x != alpha.y;
-  return ANY(differs) ? (differs ? 1.0f - anisotropic_albedo(alpha, c, length).full : lost) : lost;
+  return ANY(differs) ? (differs ? 1.0f - anisotropic_albedo(alpha, c, length).full : isotropic) : isotropic;
 }
 
 /// 1 - E_avg: 2 times the integral over c of one_minus_E times c.
 EK_FN vf one_minus_E_avg(GgxAlpha alpha) {
-  const vf lost = isotropic_one_minus_E_avg(alpha.y);
-  if (!EK_HAS_anisotropy) return lost;
+  const vf isotropic = isotropic_one_minus_E_avg(alpha.y);
+  if (!EK_HAS_anisotropy) return isotropic;
   const vi differs = alpha.x != alpha.y;
-  return ANY(differs) ? (differs ? 1.0f - anisotropic_mean_albedo(alpha).full : lost) : lost;
+  return ANY(differs) ? (differs ? 1.0f - anisotropic_mean_albedo(alpha).full : isotropic) : isotropic;
 }
 
-/// F_ms of microfacets of mean reflectance f that lose `lost` of the light at each reflection
-/// [Kulla and Conty 2017, "Fresnel"]; 1 for f = 1, whatever is lost.
-EK_FN vf ms_fresnel(vf f, vf lost) { return div_f((f * f) * (1.0f - lost), max_f(1.0f - f * lost, (vf)(0x1p-20f))); }
-EK_FN v3 ms_fresnel3(v3 f, vf lost) {
-  return V3(ms_fresnel(f.x, lost), ms_fresnel(f.y, lost), ms_fresnel(f.z, lost));
+/// F_ms of microfacets of mean reflectance f [Kulla and Conty 2017, "Fresnel"], 1 for f = 1.
+/// one_minus_avg  1 - E_avg, the share of light that single scattering loses
+EK_FN vf ms_fresnel(vf f, vf one_minus_avg) {
+  return div_f((f * f) * (1.0f - one_minus_avg), max_f(1.0f - f * one_minus_avg, (vf)(0x1p-20f)));
+}
+EK_FN v3 ms_fresnel3(v3 f, vf one_minus_avg) {
+  return V3(ms_fresnel(f.x, one_minus_avg), ms_fresnel(f.y, one_minus_avg), ms_fresnel(f.z, one_minus_avg));
 }
 
 // The layers of the glass tables that an index of refraction falls between.

@@ -22,8 +22,8 @@ typedef struct { vf absorbed, re, im; } ThinFilmEchoChannel;
 // top, passes  r12 and 1 - R12;  re, im, kept  of r23, and 1 - R23
 EK_FN ThinFilmEchoChannel thin_film_echo(vf top, vf passes, vf re, vf im, vf kept) {
   // 1 - R12 R23 without a difference of nearly equal numbers.
-  const vf under = max_f(passes + (top * top) * kept, (vf)(0x1p-60f));
-  ThinFilmEchoChannel e = {div_f(passes * kept, under), -top * re, -top * im};
+  const vf denominator = max_f(passes + (top * top) * kept, (vf)(0x1p-60f));
+  ThinFilmEchoChannel e = {div_f(passes * kept, denominator), -top * re, -top * im};
   return e;
 }
 
@@ -59,14 +59,14 @@ EK_FN void thin_film_echoes(ThinFilmTop t, vf eta, vf k, ThinFilmEchoChannel* ac
   const vf smaller2 = sum > 0.0f ? div_f(0.25f * (twice * twice), max_f(0.5f * (sum + abs_f(difference)), (vf)(0x1p-100f))) : (vf)(0.0f);
   const vf a = sqrt_f(difference >= 0.0f ? half_more : smaller2), b = sqrt_f(difference >= 0.0f ? smaller2 : half_less);
   const vf tiny = (vf)(0x1p-100f);
-  const vf under = div_f(1.0f, max_f((t.g + a) * (t.g + a) + b * b, tiny));
-  *across = thin_film_echo(t.top_across, t.passes_across, ((t.g * t.g - b * b) - a * a) * under, -2.0f * (t.g * b) * under,
-                      4.0f * (t.g * a) * under);
+  const vf inverse = div_f(1.0f, max_f((t.g + a) * (t.g + a) + b * b, tiny));
+  *across = thin_film_echo(t.top_across, t.passes_across, ((t.g * t.g - b * b) - a * a) * inverse, -2.0f * (t.g * b) * inverse,
+                      4.0f * (t.g * a) * inverse);
   // Along: (U - V) / (U + V) with U = n^2 (a + i b) and V = g (eta + i k)^2.
   const vf ur = t.index2 * a, ui = t.index2 * b, vr = t.g * square, vi_ = t.g * twice;
-  const vf under_along = div_f(1.0f, max_f((ur + vr) * (ur + vr) + (ui + vi_) * (ui + vi_), tiny));
-  *along = thin_film_echo(t.top_along, t.passes_along, ((ur * ur + ui * ui) - (vr * vr + vi_ * vi_)) * under_along,
-                     2.0f * (ui * vr - ur * vi_) * under_along, 4.0f * (t.index2 * t.g * (a * (sum + s2))) * under_along);
+  const vf inverse_along = div_f(1.0f, max_f((ur + vr) * (ur + vr) + (ui + vi_) * (ui + vi_), tiny));
+  *along = thin_film_echo(t.top_along, t.passes_along, ((ur * ur + ui * ui) - (vr * vr + vi_ * vi_)) * inverse_along,
+                     2.0f * (ui * vr - ur * vi_) * inverse_along, 4.0f * (t.index2 * t.g * (a * (sum + s2))) * inverse_along);
 }
 
 // exp(2 pi i m path / lambda) averaged over one of the Gaussians of thin_film.h, stepped from one

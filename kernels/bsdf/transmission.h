@@ -74,8 +74,8 @@ EK_FN v3 glass_reflectance(MaterialLanes m, vf cos_h) {
     const vf cosine = inside ? sqrt_f(max_f(outside2, (vf)(0.0f))) : cos_h;
     const vf of_indices = solid_f0(m.eta);
     const v3 f0 = EK_HAS_solid_specular ? m.f0_dielectric : select3(m.solid, V3(of_indices, of_indices, of_indices), m.f0_dielectric);
-    const v3 under = with_thin_film(m, f, f0, min_f(max_f(cosine, (vf)(0.0f)), (vf)(1.0f)));
-    f = select3(some & !(inside & (outside2 <= 0.0f)), under, f);
+    const v3 with_film = with_thin_film(m, f, f0, min_f(max_f(cosine, (vf)(0.0f)), (vf)(1.0f)));
+    f = select3(some & !(inside & (outside2 <= 0.0f)), with_film, f);
   }
 #endif
   return f;
@@ -86,7 +86,7 @@ EK_FN v3 glass_reflectance(MaterialLanes m, vf cos_h) {
 
 #if EK_HAS_energy_compensation
 // Reflectance of glass under a film for uniform light from the medium of lower index.
-EK_FN vf filmy_glass_mean_reflectance(MaterialLanes m, Glass g) {
+EK_FN vf thin_film_glass_mean_reflectance(MaterialLanes m, Glass g) {
   vf mean = (vf)(0.0f);
 #if EK_HAS_iridescence
   m.eta = max_f(g.eta, div_f(1.0f, g.eta));
@@ -98,27 +98,28 @@ EK_FN vf filmy_glass_mean_reflectance(MaterialLanes m, Glass g) {
 
 // 1 - E of the glass for a direction of cosine c, on wo's side or on the other one.
 EK_FN vf glass_one_minus_E_along(MaterialLanes m, Glass g, vi other_side, vf c, vf length) {
-  vf lost = one_minus_E(g.base.alpha, c, length);  // a thin wall reflects and transmits in one lobe
+  vf one_minus = one_minus_E(g.base.alpha, c, length);  // a thin wall reflects and transmits in one lobe
   if (ANY(m.solid)) {
     const vf solid = glass_one_minus_E(g.table, other_side ? g.table.there : g.table.here, glass_alpha(g.base.alpha), c);
-    lost = m.solid ? solid : lost;
+    one_minus = m.solid ? solid : one_minus;
   }
-  return lost;
+  return one_minus;
 }
 
 // Adds the light that single scattering loses: it leaves on both sides in lobes proportional to 1 -
 // E of the directions there. Reciprocity alone restricts how much crosses: with n the index of the
-// inside and r the share that stays, (1 - r_out) / (lost_in n^2) = (1 - r_in) / lost_out. We take
-// as much as crosses of uniform light at the interface itself, as far as both r are then in [0, 1].
+// inside, r the share that stays and l = 1 - E_avg, (1 - r_out) / (l_in n^2) = (1 - r_in) / l_out.
+// We take as much as crosses of uniform light at the interface itself, as far as both r are then in
+// [0, 1].
 EK_FN Glass with_multiple_scattering(MaterialLanes m, Glass g, v3 wo) {
   g.table = glass_table(g.eta);
   const vi none = g.base.smooth | g.is_specular | (m.solid & fresnel_is_mirror(m.eta));
-  const vf lost = glass_one_minus_E_along(m, g, (vi)(0), wo.z, g.base.length_o);
+  const vf one_minus_E_o = glass_one_minus_E_along(m, g, (vi)(0), wo.z, g.base.length_o);
   vf here = one_minus_E_avg(g.base.alpha), there = here;
   const v3 f = schlick(m.f0_dielectric, m.specular, (vf)(1.0f / 21.0f));
-  const vi filmy = EK_HAS_iridescence ? m.iridescence > 0.0f : (vi)(0);
-  const vf reflects_film = ANY(filmy) ? filmy_glass_mean_reflectance(m, g) : (vf)(0.0f);
-  vf crosses_here = 1.0f - (filmy ? reflects_film : mean_component(f)), crosses_there = crosses_here;
+  const vi has_film = EK_HAS_iridescence ? m.iridescence > 0.0f : (vi)(0);
+  const vf reflects_film = ANY(has_film) ? thin_film_glass_mean_reflectance(m, g) : (vf)(0.0f);
+  vf crosses_here = 1.0f - (has_film ? reflects_film : mean_component(f)), crosses_there = crosses_here;
   if (ANY(m.solid)) {
     const vf solid_here = glass_one_minus_E_avg(g.table, g.table.here, glass_alpha(g.base.alpha)), solid_there = glass_one_minus_E_avg(g.table, g.table.there, glass_alpha(g.base.alpha));
     const vf n = max_f(g.eta, div_f(1.0f, g.eta)), n2 = n * n;
@@ -126,7 +127,7 @@ EK_FN Glass with_multiple_scattering(MaterialLanes m, Glass g, v3 wo) {
     // under a film and with KHR_materials_specular too.
     vf reflects = div_f(n - 1.0f, 4.08567f + 1.00071f * n);
     if (EK_HAS_solid_specular) reflects = mean_component(solid_reflectance(m, reflects, (vf)(0.0f)));
-    const vf transmits = 1.0f - (filmy ? reflects_film : reflects);
+    const vf transmits = 1.0f - (has_film ? reflects_film : reflects);
     const vf scale = div_f(transmits, n2 * max_f(max_f(solid_here, solid_there), (vf)(0x1p-30f)));
     const vi outside = g.eta > 1.0f;
     here = m.solid ? solid_here : here;
@@ -134,7 +135,7 @@ EK_FN Glass with_multiple_scattering(MaterialLanes m, Glass g, v3 wo) {
     crosses_here = m.solid ? scale * there * (outside ? n2 : (vf)(1.0f)) : crosses_here;
     crosses_there = m.solid ? scale * here * (outside ? (vf)(1.0f) : n2) : crosses_there;
   }
-  const vf share = none ? (vf)(0.0f) : g.share * lost;
+  const vf share = none ? (vf)(0.0f) : g.share * one_minus_E_o;
   const vf spread = div_f(share * EK_INV_PI, max_f(here, (vf)(0x1p-30f)));
   g.ms_reflection = spread * (1.0f - crosses_here);
   g.ms_transmission = scale3(m.base_color, spread * crosses_there);
@@ -218,8 +219,9 @@ EK_FN BsdfValue transmission_value(MaterialLanes m, Glass g, v3 wo, v3 wi) {
   above.f = add3(scale3(add3(layer, scale3(f, g.share)), spread * glossy_terminator(fade, m.ggx_alpha)),
                  scale3(diffuse_part(g.base, cos_i, length_i), fade));
 #if EK_HAS_energy_compensation
-  const vf lost = glass_one_minus_E_along(m, g, below, cos_i, length_i) * cos_i, more = (g.ms_reflection * lost) * fade;
-  above.f = add3(above.f, V3(more, more, more));
+  const vf one_minus_E_cos_i = glass_one_minus_E_along(m, g, below, cos_i, length_i) * cos_i;
+  const vf ms_reflected = (g.ms_reflection * one_minus_E_cos_i) * fade;
+  above.f = add3(above.f, V3(ms_reflected, ms_reflected, ms_reflected));
 #endif
   above.pdf = div_f((g.base.specular + g.glass_albedo * p_reflect) * visible + g.base.diffuse * (EK_INV_PI * cos_i), total);
 
@@ -236,7 +238,7 @@ EK_FN BsdfValue transmission_value(MaterialLanes m, Glass g, v3 wo, v3 wi) {
   through.pdf = div_f((g.glass_albedo * (1.0f - p_reflect)) * passed_pdf, total);
   if (EK_HAS_diffuse_transmission) through.f = add3(through.f, scale3(g.diffuse_transmission, one_minus_albedo(g.base, cos_i, length_i) * cos_i));
 #if EK_HAS_energy_compensation
-  through.f = add3(through.f, scale3(g.ms_transmission, lost));
+  through.f = add3(through.f, scale3(g.ms_transmission, one_minus_E_cos_i));
 #endif
   if (EK_TRANSMITS_DIFFUSELY) through.pdf = through.pdf + div_f(g.diffuse_transmission_albedo * (EK_INV_PI * cos_i), total);
 

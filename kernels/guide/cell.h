@@ -9,7 +9,7 @@
 #include "shared/guide.h"
 
 // True if the program has tables; that of a pilot has them too.
-#define EK_HAS_GUIDE (EK_HAS_guiding | EK_HAS_path_log)
+#define EK_USES_GUIDE (EK_HAS_guiding | EK_HAS_path_log)
 
 #define EK_NO_CELL 0xffffffffu
 

@@ -19,7 +19,7 @@ typedef struct {
   global const uint* cells;
 } GuideData;
 
-#if EK_HAS_GUIDE
+#if EK_USES_GUIDE
 #define EK_GUIDE_ARGUMENTS , global const uint *guide_slots, global const uint *guide_cells
 #define EK_GUIDE_DATA , {guide_slots, guide_cells}
 #else

@@ -197,9 +197,9 @@ EK_FN Quad rec_quad(global const void* records, vu i, uint quad) {
   const vf a = EK_JOIN_4(EK_ROW(0), EK_ROW(4)), b = EK_JOIN_4(EK_ROW(1), EK_ROW(5)), c = EK_JOIN_4(EK_ROW(2), EK_ROW(6)),
            d = EK_JOIN_4(EK_ROW(3), EK_ROW(7));
 #else
-#define EK_ROWS(p, q, r, s) EK_JOIN_8(EK_JOIN_4(EK_ROW(p), EK_ROW(q)), EK_JOIN_4(EK_ROW(r), EK_ROW(s)))
-  const vf a = EK_ROWS(0, 4, 8, c), b = EK_ROWS(1, 5, 9, d), c = EK_ROWS(2, 6, a, e), d = EK_ROWS(3, 7, b, f);
-#undef EK_ROWS
+#define EK_FOUR_ROWS(p, q, r, s) EK_JOIN_8(EK_JOIN_4(EK_ROW(p), EK_ROW(q)), EK_JOIN_4(EK_ROW(r), EK_ROW(s)))
+  const vf a = EK_FOUR_ROWS(0, 4, 8, c), b = EK_FOUR_ROWS(1, 5, 9, d), c = EK_FOUR_ROWS(2, 6, a, e), d = EK_FOUR_ROWS(3, 7, b, f);
+#undef EK_FOUR_ROWS
 #endif
 #undef EK_ROW
   const vf ab = EK_ZIP_LO(a, b), cd = EK_ZIP_LO(c, d), ab_hi = EK_ZIP_HI(a, b), cd_hi = EK_ZIP_HI(c, d);

@@ -15,7 +15,7 @@
 enum {
   DIM_FILTER,  // place in the pixel
   DIM_LENS,
-  DIM_TIME,  // x: time; y: the channel of paths that meet glass with dispersion
+  DIM_TIME_DISPERSION,  // x: time; y: the colour channel of paths that meet glass with dispersion
   DIM_BOUNCE,  // the first of DIM_PER_BOUNCE pairs of each bounce
   DIM_PER_BOUNCE = 4
 };
@@ -28,10 +28,10 @@ enum {
 };
 
 // Light paths use the same pairs, some of them for other decisions. In stage light_generate
-// DIM_FILTER chooses the light and the point on it, x of DIM_TIME the target, DIM_LENS the
-// direction within the target's cone or the place on its disc, and DIM_ENVIRONMENT of depth 0 the
-// texel. At a vertex DIM_LIGHT chooses the point on the lens (camera_view), and DIM_ENVIRONMENT the
-// pixel among those whose filter reaches the splat (splat_place).
+// DIM_FILTER chooses the light and the point on it, x of DIM_TIME_DISPERSION the target, DIM_LENS
+// the direction within the target's cone or the place on its disc, and DIM_ENVIRONMENT of depth 0
+// the texel. At a vertex DIM_LIGHT chooses the point on the lens (camera_view), and DIM_ENVIRONMENT
+// the pixel among those whose filter reaches the splat (splat_place).
 
 /// Dimension of decision `which` (DIM_SCATTER ...) at the vertex of that depth. No depth is the
 /// last.

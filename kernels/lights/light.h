@@ -43,7 +43,7 @@ typedef struct {
 #if EK_HAS_merging
   PhotonMap photon_map;
 #endif
-#if EK_HAS_GUIDE
+#if EK_USES_GUIDE
   GuideData guide;
 #endif
 } LightData;
@@ -65,8 +65,8 @@ typedef struct {
       global const AliasEntry *environment_alias_table EK_TREE_ARGUMENTS EK_LIGHT_POSE_ARGUMENTS EK_LIGHT_PATH_ARGUMENTS EK_PHOTON_ARGUMENTS EK_GUIDE_ARGUMENTS
 #define EK_LIGHT_DATA {lights, light_alias_table, environment_texels, environment_alias_table EK_TREE_DATA EK_LIGHT_POSE_DATA EK_LIGHT_PATH_DATA EK_PHOTON_DATA EK_GUIDE_DATA}
 
-// Light may count from below a shading point's z.
-#define EK_HAS_BOTH_SIDES (EK_HAS_transmission | EK_HAS_clearcoat_normal)
+// True if light may count from below a shading point's z.
+#define EK_USES_BOTH_SIDES (EK_HAS_transmission | EK_HAS_clearcoat_normal)
 
 /// Density with which light_sample chooses a direction towards the constant environment.
 /// probability  of choosing the environment (Frame.environment.w)
@@ -75,7 +75,7 @@ typedef struct {
 /// both_sides   mask, as for light_sample
 EK_FN vf environment_pdf_sr(float probability, vf cos_n, vi both_sides) {
   const vf one_side = max_f(cos_n, (vf)(0.0f)) * (EK_INV_PI * probability);
-  if (!EK_HAS_BOTH_SIDES) return one_side;
+  if (!EK_USES_BOTH_SIDES) return one_side;
   return both_sides ? abs_f(cos_n) * (EK_INV_PI * 0.5f * probability) : one_side;
 }
 
@@ -140,7 +140,7 @@ typedef struct {
 #if EK_HAS_moving_light
   vf time;        // share of the shutter's time that has passed
 #endif
-#if EK_HAS_GUIDE
+#if EK_USES_GUIDE
   GuideCell guide;
 #endif
 } LightViewer;
@@ -220,7 +220,8 @@ EK_FN AliasSample own_choice(LightWords words, uint light_count) {
   return c;
 }
 
-#define EK_HAS_near_light (EK_HAS_area | EK_HAS_point | EK_HAS_spot)  // some light has a place
+// True if some light has a place.
+#define EK_USES_NEAR_LIGHT (EK_HAS_area | EK_HAS_point | EK_HAS_spot)
 
 /// Chooses a light.
 EK_FN PickedLight pick_light(constant Frame* frame, LightData data, LightQuery query) {
@@ -236,12 +237,12 @@ EK_FN void sample_environment(constant Frame* frame, AliasSample choice, LightVi
   const vi both_sides = viewer.both_sides;
   vf u = choice.u, v = choice.v;
   vi below = (vi)(0);
-  if (EK_HAS_BOTH_SIDES) {
+  if (EK_USES_BOTH_SIDES) {
     below = both_sides & (u >= 0.5f);
     u = both_sides ? 2.0f * (below ? u - 0.5f : u) : u;
   }
   vf over_cosine = (vf)(1.0f);
-#if EK_HAS_GUIDE
+#if EK_USES_GUIDE
   over_cosine = guide_warp(viewer.guide, &u, &v);
 #endif
   v3 wi_local = warp_cosine_hemisphere(u, v);
@@ -289,7 +290,7 @@ EK_FN LightSample light_sample(constant Frame* frame, LightData data, PickedLigh
     s.b1 = is_quad ? choice.u : s.b1;
     s.b2 = is_quad ? choice.v : s.b2;
   }
-  if (EK_HAS_near_light) {
+  if (EK_USES_NEAR_LIGHT) {
     s.p = triangle_point(r.p0, r.p1, r.p2, s.b1, s.b2, &s.p_error);
     s.n = triangle_normal(r.p0, r.p1, r.p2);
     s.wi = neg3(s.n);
@@ -347,7 +348,7 @@ EK_FN vf shadow_margin(vf cosine) { return min_f(div_f(0x1p-17f, cosine), (vf)(0
 /// the error of the point, and it ends before by shadow_margin. A light without extent may lie on a
 /// surface, which must not block it either. p, p_error, n_geom  of the shading point
 EK_FN LightRay light_ray(LightSample s, v3 p, v3 p_error, v3 n_geom) {
-  if (!EK_HAS_near_light) {
+  if (!EK_USES_NEAR_LIGHT) {
     const LightRay far = {s.wi, s.pdf, s.radiance, offset_ray_origin(p, p_error, n_geom, s.wi), s.wi, EK_INFINITY, (vu)(EK_NO_HIT)};
     return far;
   }

@@ -153,7 +153,7 @@ EK_FN EmittedPath emit_light_path(constant Frame* frame, SceneData scene, LightD
   const v3 up = V3((vf)(0.0f), (vf)(0.0f), (vf)(1.0f));
   const LightViewer viewer = {.basis = basis_around(up),
                               .both_sides = (vi)(0),
-#if EK_HAS_GUIDE
+#if EK_USES_GUIDE
                               .guide = {lights.guide.cells, (vu)(EK_NO_CELL)}
 #endif
   };
@@ -168,14 +168,14 @@ EK_FN EmittedPath emit_light_path(constant Frame* frame, SceneData scene, LightD
   path.group = light.group;
   path.triangle = (vu)(EK_NO_HIT);
   path.start = (vu)(0u);
-  path.dir = EK_HAS_near_light ? direction_to_targets(frame, lights, light.p, random, &path.start) : up;
+  path.dir = EK_USES_NEAR_LIGHT ? direction_to_targets(frame, lights, light.p, random, &path.start) : up;
   path.origin = light.p;
   path.throughput = light.radiance;
   vf density = selection;  // of this path, over which the light is divided
   const vf aim = mean_target_pdf_sr(lights, choice.index);
   const vu mark = aim_mark(aim);
   path.density = marked(-aim, mark);
-  if (EK_HAS_near_light) density = selection * target_pdf_sr(frame, lights, light.p, path.dir);
+  if (EK_USES_NEAR_LIGHT) density = selection * target_pdf_sr(frame, lights, light.p, path.dir);
   if (EK_HAS_area) {
     const vi is_area = !(light.is_distant | light.is_punctual);
     const vf of_area = emit_from_surface(frame, lights, light, choice.index, &path);

@@ -23,7 +23,7 @@ typedef struct {
 EK_FN vf path_time(vu key, vu index) {
   vf time = (vf)(0.0f), unused;
   if (EK_HAS_camera_motion | EK_HAS_moving_surface | EK_HAS_moving_light)
-    sample_2d(key, index, DIM_TIME, &time, &unused);
+    sample_2d(key, index, DIM_TIME_DISPERSION, &time, &unused);
   return time;
 }
 

@@ -55,7 +55,7 @@ EK_FN vi shade_may_go_on(const ShadeContext* c, const MediumInterface* interface
 /// environment, per sr.
 EK_FN vf next_environment_pdf(const ShadeContext* c, const ShadingPoint* point, const ScatteredPath* next) {
   const vf pdf = environment_pdf_sr(c->stage.frame->environment.w, next->wi.z, point->both_sides);
-#if EK_HAS_GUIDE
+#if EK_USES_GUIDE
   return pdf * guide_density(point->material.guide, next->wi);
 #else
   return pdf;
@@ -78,7 +78,7 @@ EK_FN PathState shade_next_path(const ShadeContext* c, const ShadingPoint* point
       .pdf = next->pdf,
       .pdf_environment = next_environment_pdf(c, point, next),
       .packed_normal = point->light_context.packed_normal,
-#if EK_HAS_GUIDE
+#if EK_USES_GUIDE
       .expected = point->expected,
 #endif
 #if EK_HAS_path_log
@@ -115,13 +115,13 @@ EK_FN_ONCE Survivors stage_shade(StageContext stage, SceneData scene, LightData 
     if (EK_HAS_unlit) add_unlit(c, &hit, &material, &point);
     if (EK_HAS_dispersion) {
       vf unused, channel;
-      sample_2d(point.key, point.index, DIM_TIME, &unused, &channel);
+      sample_2d(point.key, point.index, DIM_TIME_DISPERSION, &unused, &channel);
       disperse(material, hit.front, channel, &point.material, &point.beta);
     }
     if (EK_HAS_raycast) point.material = raycast_material(point.material);
     point.live = point.live & shade_may_go_on(c, &interface);
     shading_frame(c, &hit, &material, &point);
-#if EK_HAS_GUIDE
+#if EK_USES_GUIDE
     guide_point(c, &hit, &point);
 #endif
 #if EK_HAS_light_paths
@@ -135,10 +135,10 @@ EK_FN_ONCE Survivors stage_shade(StageContext stage, SceneData scene, LightData 
     next.light_ratio = next_light_ratio(c, &hit, &material, &point, &next);
 #endif
     vf survival = roulette_decides ? throughput_survival(c, &hit, &point, &next) : (vf)(1.0f);
-#if EK_HAS_GUIDE
+#if EK_USES_GUIDE
     survival = guided_survival(c, &point, survival);
 #endif
-    if (roulette_decides | EK_HAS_GUIDE) roulette(c, &point, survival, &next);
+    if (roulette_decides | EK_USES_GUIDE) roulette(c, &point, survival, &next);
 #if EK_HAS_path_log
     log_vertex_end(c, &hit, &point, &next);
 #endif

@@ -110,7 +110,7 @@ EK_FN void add_layers(SceneData scene, LayerDetailLanes e, HitAttributes at, vi 
 /// cosine  of the direction with the surface itself, without its shading normals: light sampling
 ///         does not know those
 EK_FN vf clearcoat_passes(vf clearcoat, vf cosine) {
-  return 1.0f - clearcoat * (0.04f + 0.96f * schlick_weight(abs_f(cosine)));
+  return 1.0f - clearcoat * coat_reflectance(abs_f(cosine));
 }
 
 /// Adds KHR_materials_iridescence.
@@ -126,7 +126,7 @@ EK_FN void add_iridescence(SceneData scene, BaseDetailLanes r, HitAttributes at,
 }
 
 /// Adds KHR_materials_diffuse_transmission.
-EK_FN void add_translucence(SceneData scene, BaseDetailLanes r, HitAttributes at, MaterialLanes* m) {
+EK_FN void add_diffuse_transmission(SceneData scene, BaseDetailLanes r, HitAttributes at, MaterialLanes* m) {
   m->diffuse_transmission = r.diffuse_transmission;
   m->diffuse_transmission_color = r.diffuse_transmission_color;
   if (EK_HAS_diffuse_transmission_texture) {
@@ -214,7 +214,7 @@ EK_FN void add_details(SceneData scene, vu index, HitAttributes at, vi front, Hi
   }
   if (EK_HAS_dispersion | EK_HAS_diffuse_transmission | EK_HAS_iridescence) {
     const BaseDetailLanes e = load_base_detail(scene.material_details, index);
-    if (EK_HAS_diffuse_transmission) add_translucence(scene, e, at, &hit->bsdf);
+    if (EK_HAS_diffuse_transmission) add_diffuse_transmission(scene, e, at, &hit->bsdf);
     if (EK_HAS_dispersion) hit->spread = hit->bsdf.solid ? e.spread : (vf)(0.0f);
     if (EK_HAS_iridescence) add_iridescence(scene, e, at, &hit->bsdf);
   }

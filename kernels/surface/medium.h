@@ -6,7 +6,8 @@
 #define EK_MEDIUM_H
 #include "surface/nested_media.h"
 
-#define EK_HAS_MEDIUM (EK_HAS_absorption | EK_HAS_nested_media)
+// True if paths know the medium that they are in (PathState.medium).
+#define EK_USES_MEDIUM (EK_HAS_absorption | EK_HAS_nested_media)
 
 /// The medium on the other side of a surface; the ray's own medium if the surface is not that of a
 /// solid.

@@ -33,7 +33,7 @@ EK_FN PathHit seen_from(const PathHit* hit, const MediumInterface* interface, v3
   PathHit seen = *hit;
   seen.path.dir = neg3(to_viewer);
   seen.front = dot3(hit->surface.n_geom, to_viewer) > 0.0f;
-  if (EK_HAS_MEDIUM) seen.path.medium = medium_on_side(hit, interface, seen.front);
+  if (EK_USES_MEDIUM) seen.path.medium = medium_on_side(hit, interface, seen.front);
   return seen;
 }
 
@@ -54,7 +54,7 @@ EK_FN v3 scattered_towards(const ShadeContext* c, const PathHit* hit, const Shad
     disperse(material, seen.front, channel, &view.material, &carried);
   }
   shading_frame(c, &seen, &material, &view);
-#if EK_HAS_GUIDE
+#if EK_USES_GUIDE
   view.material.guide = point->material.guide;
 #endif
   const v3 to_light = neg3(hit->path.dir), wi = to_local(view.basis, to_light);
@@ -178,7 +178,7 @@ EK_FN ScatteredPath light_scatter(const ShadeContext* c, const PathHit* hit, con
   if (c->depth == 1) {
     reversible = reversible & is_target(c, hit, EK_MATERIAL_LIGHT_TARGET);
     scatters = is_unbent_glossy_target(c, hit, material, point);
-    if (EK_HAS_SHADING_NORMAL & point->detailed)
+    if (EK_USES_SHADING_NORMAL & point->needs_attributes)
       scatters = scatters & is_unbent_from(point->n_shade, point->n_geom, next.dir, (vi)(-1));
   }
   next.survives = next.survives & (is_delta ? reversible : scatters);
@@ -230,13 +230,13 @@ EK_FN_ONCE Survivors stage_light_shade(StageContext stage, SceneData scene, Ligh
     vf channel = (vf)(0.0f);
     if (EK_HAS_dispersion) {
       vf unused;
-      sample_2d(point.key, point.index, DIM_TIME, &unused, &channel);
+      sample_2d(point.key, point.index, DIM_TIME_DISPERSION, &unused, &channel);
       disperse(material, hit.front, channel, &point.material, &point.beta);
     }
     point.live = point.live & shade_may_go_on(c, &interface);
     if (EK_HAS_unlit) point.live = point.live & !material.unlit;
     shading_frame(c, &hit, &material, &point);
-#if EK_HAS_GUIDE
+#if EK_USES_GUIDE
     point.material.guide.cells = light_data.guide.cells;
     point.material.guide.cell = (vu)(EK_NO_CELL);
     point.expected = (vf)(0.0f);

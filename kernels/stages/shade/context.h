@@ -30,7 +30,9 @@ typedef struct {
   Surface surface;
   vi front;        // mask: the front side was hit
   vi is_flat_lambert;  // mask: the surface is of class SHADING_FLAT_LAMBERT
-  int detailed;    // 0: all live lanes hit class SHADING_FLAT_LAMBERT, so attributes and shading normals change nothing
+  // 0: all live lanes hit class SHADING_FLAT_LAMBERT, so that attributes and shading normals change
+  // nothing.
+  int needs_attributes;
   HitAttributes attributes;
 #if EK_HAS_shape
   ShapePoint on_shape;
@@ -51,7 +53,7 @@ typedef struct {
 typedef struct {
   vi live;         // mask of the lanes whose path may scatter here
   vi is_flat_lambert;
-  int detailed;
+  int needs_attributes;  // as PathHit's
   vi both_sides;   // mask: light from below the horizon of n_shade counts too
   vu path, key, index, triangle;
 #if EK_HAS_moving_surface | EK_HAS_moving_light
@@ -68,7 +70,7 @@ typedef struct {
   vi faces_away;   // mask: the shading normal faced away from the viewer before usable_normal bent it
   vf sampled_light_ratio;  // by which light sampling shares its light with light paths (light_ratio.h)
 #endif
-#if EK_HAS_GUIDE
+#if EK_USES_GUIDE
   vi is_guided;      // mask: the guide's tables apply to the surface,
   vi is_diffuse;     // and what leaves it is their mean light times the albedo
   CellKey cell_key;

@@ -31,7 +31,7 @@ EK_FN LightSample direct_light_sample(const ShadeContext* c, const ShadingPoint*
 #if EK_HAS_moving_light
                               .time = point->time,
 #endif
-#if EK_HAS_GUIDE
+#if EK_USES_GUIDE
                               .guide = point->material.guide
 #endif
   };
@@ -62,7 +62,7 @@ EK_FN vf sampled_light_share(const ShadeContext* c, const ShadingPoint* point, v
   if (!ANY(shared)) return (vf)(1.0f);
   // Glossy targets are glossy (is_glossy), and from the viewer's side their normals are not bent
   // (sampled_light_ratio).
-  if (EK_HAS_SHADING_NORMAL & point->detailed)
+  if (EK_USES_SHADING_NORMAL & point->needs_attributes)
     shared = shared & is_unbent_from(point->n_shade, point->n_geom, shadow->wi, (vi)(-1));
   const v3 dir = neg3(shadow->wi), way = sub3(sample->p, point->p);
   const vf distance2 = dot3(way, way), sr = shared_lobe_sr(point->material.ggx_alpha, abs_f(dot3(point->n_geom, dir)));

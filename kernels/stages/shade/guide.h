@@ -6,7 +6,7 @@
 #include "guide/path_log.h"
 #include "stages/shade/scatter.h"
 
-#if EK_HAS_GUIDE
+#if EK_USES_GUIDE
 // Least survival probability: a table may be wrong, and the weight of a path grows by the inverse.
 #define EK_ROULETTE_LEAST 0.05f
 // More metallic surfaces reflect by direction, so the tables do not say what the rest of a path

@@ -43,14 +43,14 @@ EK_FN PathHit hit_load(const ShadeContext* c, uint slot, uint lanes) {
 #if !EK_CHUNKED
   if (c->scene.absent_classes != 0u) hit.is_flat_lambert = shades_only(c->scene, SHADING_FLAT_LAMBERT);
 #endif
-  hit.detailed = (1 - EK_HAS_flat_lambert_hits) | EK_HAS_texcoord | (ANY(hit.live & !hit.is_flat_lambert) != 0);
+  hit.needs_attributes = (1 - EK_HAS_flat_lambert_hits) | EK_HAS_texcoord | (ANY(hit.live & !hit.is_flat_lambert) != 0);
 
   hit.attributes = no_attributes();
   // Of the attributes only normals and tangents move.
   const vu fixed = EK_HAS_uv | EK_HAS_uv1 | EK_HAS_tangent | EK_HAS_vertex_color ? hit.triangle : resting;
-  if (hit.detailed) hit.attributes = hit_attributes(c->scene, fixed, hit.u, hit.v);
+  if (hit.needs_attributes) hit.attributes = hit_attributes(c->scene, fixed, hit.u, hit.v);
 #if EK_HAS_moving_surface
-  if (hit.detailed & (ANY(span.moves) != 0)) hit.attributes = moved_attributes(c->scene, span, hit.u, hit.v, hit.attributes);
+  if (hit.needs_attributes & (ANY(span.moves) != 0)) hit.attributes = moved_attributes(c->scene, span, hit.u, hit.v, hit.attributes);
 #endif
 #if EK_HAS_instance
   hit.attributes = instance_attributes(c->scene, instance, hit.triangle, hit.u, hit.v, hit.attributes);
@@ -60,7 +60,7 @@ EK_FN PathHit hit_load(const ShadeContext* c, uint slot, uint lanes) {
 #endif
 #if !EK_CHUNKED
   // Attributes may still be wanted for a layer of the film, but they are none that turn a normal.
-  if (shades_only(c->scene, SHADING_FLAT_LAMBERT)) hit.detailed = 0;
+  if (shades_only(c->scene, SHADING_FLAT_LAMBERT)) hit.needs_attributes = 0;
 #endif
   return hit;
 }

@@ -66,7 +66,7 @@ EK_FN vi is_unbent(const ShadeContext* c, const PathHit* hit, const HitMaterial*
 EK_FN vi is_unbent_glossy_target(const ShadeContext* c, const PathHit* hit, const HitMaterial* material,
                                 const ShadingPoint* point) {
   vi is = is_glossy_target(c, hit);
-  if (EK_HAS_SHADING_NORMAL & point->detailed && ANY(is))
+  if (EK_USES_SHADING_NORMAL & point->needs_attributes && ANY(is))
     is = is & is_unbent(c, hit, material, point, neg3(hit->path.dir));
   return is;
 }
@@ -82,7 +82,7 @@ EK_FN vi is_reversible(const ShadeContext* c, const PathHit* hit, const HitMater
     reversible = reversible & !((layers.clearcoat > 0.0f) | (max_component(layers.sheen_color) > 0.0f));
   }
   if (EK_HAS_iridescence) reversible = reversible & !(point->material.iridescence > 0.0f);
-  if (EK_HAS_SHADING_NORMAL & point->detailed)
+  if (EK_USES_SHADING_NORMAL & point->needs_attributes)
     reversible = reversible & is_unbent(c, hit, material, point, neg3(hit->path.dir)) & is_unbent(c, hit, material, point, next->dir);
   return reversible | point->interface.is_null;
 }
@@ -143,7 +143,7 @@ EK_FN vf next_light_ratio(const ShadeContext* c, const PathHit* hit, const HitMa
   if (!EK_GLOSSY_TARGETS) return ratio;
   vi leaves_glossy_target = !is_delta & (point->sampled_light_ratio != 0.0f);
   if (!ANY(leaves_glossy_target)) return ratio;
-  if (EK_HAS_SHADING_NORMAL & point->detailed)
+  if (EK_USES_SHADING_NORMAL & point->needs_attributes)
     leaves_glossy_target =
         leaves_glossy_target & is_unbent_from(point->n_shade, point->n_geom, next->dir, (vi)(-1));
   const vu mark = lobe_mark(lobe_sr(point->material.ggx_alpha, abs_f(dot3(point->n_geom, next->dir))));

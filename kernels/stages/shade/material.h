@@ -10,7 +10,7 @@ EK_FN HitMaterial shade_material(const ShadeContext* c, const PathHit* hit, Medi
   HitMaterial material = hit_material(c->scene, hit->corners.material, hit->attributes, hit->front);
   const MediumInterface none = {(vu)(0u), (vu)(0u), (vi)(0), (vi)(0), (vu)(0u)};
   *interface = none;
-  if (EK_HAS_MEDIUM) {
+  if (EK_USES_MEDIUM) {
     interface->medium = hit->path.medium;
     interface->transmitted_medium = transmitted_medium(material, hit->path.medium, hit->corners.material, hit->front);
   }

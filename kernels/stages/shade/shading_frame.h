@@ -49,7 +49,7 @@ EK_FN ShadingPoint shading_point(const ShadeContext* c, const PathHit* hit, cons
   ShadingPoint point;
   point.live = hit->live;
   point.is_flat_lambert = hit->is_flat_lambert;
-  point.detailed = hit->detailed;
+  point.needs_attributes = hit->needs_attributes;
   point.path = hit->path.path;
   point.key = hit->path.key;
   point.index = hit->path.index;
@@ -66,7 +66,7 @@ EK_FN ShadingPoint shading_point(const ShadeContext* c, const PathHit* hit, cons
 #if EK_HAS_light_paths
   point.faces_away = (vi)(0);
 #endif
-  if (EK_HAS_SHADING_NORMAL & hit->detailed) set_shading_normal(c, hit, material, &point);
+  if (EK_USES_SHADING_NORMAL & hit->needs_attributes) set_shading_normal(c, hit, material, &point);
   point.beta = hit->path.beta;
   if (EK_HAS_absorption)
     point.beta = mul3(point.beta, transmittance(medium_absorption(c->scene, interface->medium), hit->t));
@@ -85,10 +85,10 @@ EK_FN void shading_frame(const ShadeContext* c, const PathHit* hit, const HitMat
   point->wo = to_local(point->basis, wo_world);
   point->both_sides = (point->material.lobes & (1u << LOBE_transmission)) != 0u;
   const v3 up = V3((vf)(0.0f), (vf)(0.0f), (vf)(1.0f));
-  set_geometric_normal(&point->material, select3(point->is_flat_lambert, up, to_local(point->basis, point->n_geom)), point->detailed);
+  set_geometric_normal(&point->material, select3(point->is_flat_lambert, up, to_local(point->basis, point->n_geom)), point->needs_attributes);
   v3 n_light = point->n_shade;
   const vi transmits = point->both_sides;
-  if (EK_HAS_clearcoat_normal & point->detailed) {
+  if (EK_HAS_clearcoat_normal & point->needs_attributes) {
     const v3 n_vertex = shading_normal(hit->attributes, n_front);
     v3 n_coat = mapped_normal(c->scene, material->clearcoat_normal_texture, hit->attributes, n_vertex, n_front);
     n_coat = select3(hit->front, n_coat, neg3(n_coat));
