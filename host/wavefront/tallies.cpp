@@ -46,6 +46,11 @@ std::map<std::string, double> stage_shares(std::span<const WorkerTally> tallies)
     if (sum > 0) shares[name] = double(sum) / all;
     ++stage;
   };
+#define EK_PATH_STAGE(name) +1
+  static_assert(0
+#include "shared/stages.def"
+                    == EK_PATH_STAGES,
+                "WorkerTally.ticks has another number of stages than stages.def");
 #define EK_PATH_STAGE(name) add(#name);
 #include "shared/stages.def"
   return shares;

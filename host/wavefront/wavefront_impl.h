@@ -180,8 +180,9 @@ struct Wavefront::Impl {
     compiled = source.options;
     WavefrontConfig unfused = config;
     unfused.fused = false;
-    for (const char* stage : {"generate", "intersect", "miss", "shade", "shadow"})
-      if (needs_stage(unfused, features, stage)) sampled_stages.push_back(stage);
+#define EK_PATH_STAGE(name) \
+  if (needs_stage(unfused, features, #name)) sampled_stages.emplace_back(#name);
+#include "shared/stages.def"
     formula_code = source.formula_code;
   }
 
