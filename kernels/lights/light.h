@@ -91,8 +91,8 @@ typedef struct {
   uint which;  // EK_HAS_each_light: index of the light
 } LightWords;
 
-// The estimate at a vertex is a mean of this many samples. With EK_HAS_each_light it is a sum over
-// lights.
+// What the sum over a vertex's samples is divided by. With EK_HAS_each_light each sample is of
+// another light, and the sum is the estimate.
 #define EK_LIGHT_MEAN (EK_HAS_each_light ? 1.0f : (float)EK_LIGHT_SAMPLES)
 
 /// which  sample of the vertex, below EK_LIGHT_SAMPLES
@@ -113,23 +113,32 @@ EK_FN LightWords light_words(vu key, vu index, uint depth, uint which) {
   return words;
 }
 
+// A sampled light, before a shading point sees it (LightRay). Its kind gives members their units:
+//   kind               radiance       pdf                            place
+//   triangle           W / (sr m^2)   1 / m^2                        p, p_error, n
+//   shape              W / (sr m^2)   probability of selection;      shape_light_sample finds
+//                                     then 1 / sr                    p, p_error, n
+//   environment, map   W / (sr m^2)   1 / sr                         wi: towards it
+//   point              W / sr         probability of selection       p
+//   spot               W / sr         probability of selection       p; wi: back along its axis
+//   directional        W / m^2        probability of selection       wi: towards it
 typedef struct {
-  vi is_distant;     // environment, map, directional: light from a direction wi
-  vi is_punctual;    // point, spot: light from a point without a surface
-  vi is_shape;       // shape_light_sample has still to find the point; then pdf is per sr
-  vi is_delta;       // no scattered ray can meet the light; pdf is the probability of selection
-  v3 p, p_error, n;  // triangle: world point, bound of its error, normal of the front; punctual: p
-  v3 wi;             // distant: world, unit; spot: back along its axis
-  v3 radiance;       // W / (sr m^2), on the front; punctual: W / sr; directional: W / m^2
+  vi is_distant;     // environment, map, directional
+  vi is_punctual;    // point, spot
+  vi is_shape;
+  vi is_delta;       // point, spot, directional: no scattered ray can meet the light
+  v3 p, p_error, n;  // world: point, bound of its error, normal of the front
+  v3 wi;             // world, unit
+  v3 radiance;       // of a surface that on its front
   vi double_sided;
-  vf pdf;            // per m^2 for a triangle, per sr for the environment
+  vf pdf;
   vu group;          // light group
   vu triangle;       // of an area light,
   vf b1, b2;         // and the weights of its second and third corner
   vf u, v;           // shape: random numbers for the point, [0,1)^2
   vf cone_cos, cone_scale, range2;  // punctual: see spot_falloff, punctual_falloff
 #if EK_HAS_light_paths
-  vf pdf_of_point;  // of surfaces, as emission_density takes it
+  vf pdf_of_point;  // of surfaces, as start_pdf_m2 takes it
 #endif
 } LightSample;
 

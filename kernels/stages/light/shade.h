@@ -81,6 +81,8 @@ EK_FN SplatPlace splat_place(const ShadeContext* c, global const float* filter_t
   if (EK_HAS_pixel_filter) {
     vf u, v;
     sample_2d(point->key, point->index, bounce_dimension(c->depth, DIM_ENVIRONMENT), &u, &v);
+    // Pictures have at most 65536 pixels a side, and no filter reaches 1024 pixels. Places beyond,
+    // which may be far off, are too large for filter_pixel.
     const vi near = (x > -1024.0f) & (x < 66560.0f) & (y > -1024.0f) & (y < 66560.0f);
     const vf along_x = filter_pixel(filter_table, near ? x : (vf)(0.0f), u, &x);
     const vf along_y = filter_pixel(filter_table, near ? y : (vf)(0.0f), v, &y);

@@ -39,9 +39,10 @@ typedef struct {
 #endif
 } PathHit;
 
-/// The media at a hit (medium.h); all 0 where no solid of the scene absorbs or overlaps another.
+/// The media at a hit; all 0 where no solid of the scene absorbs or overlaps another. A medium is
+/// 1 + the index of a material, or a list of ranks (medium.h, nested_media.h); 0 is the vacuum.
 typedef struct {
-  vu medium;                // on this side of the surface
+  vu medium;                // on the side that the path comes from
   vu transmitted_medium;    // on the other side
   vi is_null;               // mask: the path passes straight on (nested_media.h)
   vi skips_depth;           // mask: a null interface that does not count towards max_depth

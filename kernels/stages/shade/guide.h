@@ -10,7 +10,7 @@
 // Least survival probability: a table may be wrong, and the weight of a path grows by the inverse.
 #define EK_ROULETTE_LEAST 0.05f
 // More metallic surfaces reflect by direction, so the tables do not say what the rest of a path
-// brings.
+// brings. The limit is a choice: from there on metal is the larger part.
 #define EK_DIFFUSE_METALLIC 0.5f
 
 /// Finds the guide's table that applies to each lane's point, and what the pilot expects of the

@@ -17,7 +17,8 @@
 
 #if EK_HAS_merging
 // Photons on surfaces that are turned further than this, or lie further off the plane, belong to
-// other surfaces.
+// other surfaces. Both limits are a choice: they keep what a surface that curves within the radius
+// has, and leave out the other wall of a corner. As the radius shrinks they matter ever less.
 #define EK_PHOTON_COSINE 0.5f
 #define EK_PHOTON_HEIGHT2 0.25f  // square of the height over that of the radius
 

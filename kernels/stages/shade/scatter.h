@@ -11,7 +11,8 @@ enum {
 #define EK_LOBE(name, bit) | (EK_HAS_##name & (bit != LOBE_diffuse && bit != LOBE_conductor))
 #include "shared/features.def"
 };
-// Survival over throughput: paths that carry more than a third go on.
+// Survival over throughput: paths that carry more than a third go on. kernels/EXPERIMENTS.md has
+// what this, the depth and the probability below gain over roulette in proportion to throughput.
 #define EK_ROULETTE_GAIN 3.0f
 // From this depth on every path may end, because those between white mirrors would not otherwise.
 #define EK_ROULETTE_ALWAYS_DEPTH 8u
