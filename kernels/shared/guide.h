@@ -17,23 +17,26 @@ EK_BEGIN
 enum {
   GUIDE_bounds = 0,                                  // sum of the weights before each row, 16 bits
   GUIDE_weights = GUIDE_bounds + EK_GUIDE_ROWS / 2,  // of the bins, row by row
-  // Floats: mean radiance that arrives from surfaces and from lights that scattered rays meet, and
-  // from lights that are sampled, both weighted by the cosine, so that times the albedo it is what
-  // leaves.
+  // Floats, luminance in W / (sr m^2): irradiance / pi from surfaces and from lights that scattered
+  // rays meet, and from lights that are sampled. Times the albedo it is what leaves.
   GUIDE_indirect = GUIDE_weights + EK_GUIDE_BINS / 2,
   GUIDE_direct,
   EK_GUIDE_CELL_WORDS = 40                           // padded
 };
 
 // Words of a logged vertex. Light is counted as it arrives at the vertex before: without what a
-// medium absorbs on the way there.
+// medium absorbs on the way there. Luminances of light are in W / (sr m^2).
 enum {
   LOG_info,      // LOG_HIT ... and the bin of the direction in which the path goes on
   LOG_xy,        // key of its cell (CellKey)
   LOG_zn,
   LOG_distance,  // float, metres: from the vertex before
-  LOG_weight,    // float: luminance of the throughput, from the vertex before to where the path goes on from this one
-  LOG_albedo,    // float: luminance of the share of light that the surface returns
+  // Float: what is left of the luminance of the path's throughput, from the vertex before to where
+  // the path goes on from this one.
+  LOG_weight,
+  // Float: luminance of the base colour, times the share that the medium on the way to the vertex
+  // before leaves.
+  LOG_albedo,
   LOG_sampled,   // float: luminance that leaves towards the vertex before, from light sampling here
   LOG_emitted,   // float: luminance that the path met here, weighted as if directions were not guided
   LOG_WORDS

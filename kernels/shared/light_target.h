@@ -27,10 +27,9 @@
 EK_BEGIN
 enum {
   AIM_flags = 0,  // of the first cell
-  AIM_weight =
-      // Float, of the others: probability of the target, over that of one of its size that nothing
-      // was learned of.
-      GUIDE_indirect
+  // Float, of the others: the probability of the target over the one that it has by its size
+  // alone.
+  AIM_weight = GUIDE_indirect
 };
 EK_END
 #define EK_AIM_LEARNED 1u       // a trial has filled the cells; without this flag the buffer has the flags alone

@@ -24,7 +24,9 @@ EK_BEGIN
 #define EK_TRIANGLE_SINGLE_SIDED 2u  // camera rays pass its back (EK_HAS_culling)
 #define EK_TRIANGLE_GROUP_SHIFT 2    // six bits: light group of its emission
 #define EK_TRIANGLE_CLASS_SHIFT 8    // two bits: SHADING_*, the shading that it takes
-#define EK_TRIANGLE_LIGHT_SHIFT 10   // the rest: index of its light, if the light tree has it
+// The rest: index of its light. Set for lights of the light tree, and with light paths for all that
+// emit; else 0.
+#define EK_TRIANGLE_LIGHT_SHIFT 10
 // Exactly Lambert and the same all over: no textures, colours, shading normals or layers.
 #define SHADING_FLAT_LAMBERT 0u
 #define SHADING_OPAQUE 1u         // any other surface that transmits no light
