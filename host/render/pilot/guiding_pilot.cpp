@@ -22,7 +22,7 @@ constexpr std::uint64_t kPathsPerPilotPixel = 256;
 // two ways of the trial.
 constexpr std::array<std::uint64_t, 6> kRounds = {1, 2, 4, 8, 16, 16};
 constexpr std::uint64_t kTrial = 8;
-constexpr std::uint64_t kShares = 63;  // of all together
+constexpr std::uint64_t kAllRoundsAndTrial = std::accumulate(kRounds.begin(), kRounds.end(), 2 * kTrial);
 // At the first vertex roulette saves next to nothing, and adds noise to direct light.
 constexpr std::uint32_t kRouletteDepth = 2;
 constexpr double kCellsPerHeight = 16;  // smallest cells across the picture at the usual distance
@@ -55,7 +55,7 @@ class GuidingPilot {
 
   /// Samples of a pixel in the first round.
   static std::uint64_t first_round(const Settings& picture, std::uint64_t paths) {
-    const double each = double(paths) / double(picture.crop.pixel_count() * kShares);
+    const double each = double(paths) / double(picture.crop.pixel_count() * kAllRoundsAndTrial);
     return std::uint64_t(std::max(std::round(each), 1.0));
   }
 
@@ -67,9 +67,9 @@ class GuidingPilot {
       guide_with(learner.table(), round == 0 ? 0 : kRouletteDepth);
       if (round > 0) rounds_.with = {};
       PathStatistics& way = round == 0 ? rounds_.without : rounds_.with;
-      render(samples_ * kRounds[round], [&](const PathLog& log) {
-        learner.add(log);
-        add(way, log);
+      render(samples_ * kRounds[round], [&](const PilotUnit& unit) {
+        learner.add(unit.log);
+        add(way, unit);
       });
       add_to_means(way);
       if (guiding != Guiding::on && gives_up_after(round, learner, pilot)) return;
@@ -81,9 +81,9 @@ class GuidingPilot {
     for (PathStatistics* way : {&trial.without, &trial.with}) {
       next_ = begin;  // both ways have the same samples: what guiding does not change has the same noise in both
       guide_with(table, way == &trial.without ? 0 : kRouletteDepth);
-      render(samples_ * kTrial, [&](const PathLog& log) {
-        learner.add(log);
-        add(*way, log);
+      render(samples_ * kTrial, [&](const PilotUnit& unit) {
+        learner.add(unit.log);
+        add(*way, unit);
       });
     }
     learner.end_round();
@@ -94,8 +94,7 @@ class GuidingPilot {
   template <class Use>
   void render(std::uint64_t samples, const Use& use) {
     picture_.render(next_, next_ + samples, true, [&](const PilotUnit& unit) {
-      unit_ = &unit;
-      use(unit.log);
+      use(unit);
       paths_ += unit.log.paths;
     });
     next_ += samples;
@@ -122,8 +121,9 @@ class GuidingPilot {
   void calibrate() {
     std::vector<float> distances;
     double sum = 0;
-    render(4, [&](const PathLog& log) {
-      add(rounds_.without, log);
+    render(4, [&](const PilotUnit& unit) {
+      const PathLog& log = unit.log;
+      add(rounds_.without, unit);
       for (const double value : luminances(log)) sum += std::abs(value);
       for (std::size_t path = 0; path < log.paths; ++path)
         if ((log.word(path, 0, LOG_info) & LOG_HIT) != 0) distances.push_back(log.number(path, 0, LOG_distance));
@@ -155,17 +155,18 @@ class GuidingPilot {
            log.number(path, vertex, LOG_sampled) == 0;
   }
 
-  void add(PathStatistics& way, const PathLog& log) const {
+  void add(PathStatistics& way, const PilotUnit& unit) const {
     for (auto* list : {&way.count, &way.sum, &way.square, &way.replicate[0], &way.replicate[1]})
       list->resize(picture_.pixel_count());
+    const PathLog& log = unit.log;
     const std::vector<double> values = luminances(log);
     way.paths += double(values.size());
     for (std::size_t path = 0; path < values.size(); ++path) {
-      const std::size_t pixel = unit_->first_pixel + path % unit_->pixels;
+      const std::size_t pixel = unit.first_pixel + path % unit.pixels;
       way.count[pixel] += 1;
       way.sum[pixel] += values[path];
       way.square[pixel] += values[path] * values[path];
-      way.replicate[(unit_->sample_begin + path / unit_->pixels) % 2][pixel] += values[path];
+      way.replicate[(unit.sample_begin + path / unit.pixels) % 2][pixel] += values[path];
       for (std::uint32_t v = 0; v < EK_LOG_DEPTHS; ++v) {
         const std::uint32_t info = log.word(path, v, LOG_info);
         if ((info & (LOG_HIT | LOG_MISS)) == 0) break;
@@ -248,7 +249,6 @@ class GuidingPilot {
   double gain_of_round_ = 0;          // the last one
   BothWays rounds_;                   // paths without a table, and those of the last round with one
   std::uint64_t next_ = 0, paths_ = 0;
-  const PilotUnit* unit_ = nullptr;  // that was rendered last
 };
 
 }  // namespace
