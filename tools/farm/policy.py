@@ -9,6 +9,9 @@ STARTUP_SHARE = 0.1
 # Each node gets this many tasks, so that the last ones of fast and slow nodes end at about the same
 # time.
 TASKS_PER_NODE = 4
+# A division into parts that takes at most so many times as long as the quickest one costs next to
+# nothing more.
+NEXT_TO_NOTHING = 1.05
 # A longer task gains nothing, and waits longer for a place in a busy cluster.
 LONGEST_TASK_S = 3600
 # A merge reads so many files. Memory does not grow with it; a smaller number makes a deeper tree,
@@ -57,7 +60,7 @@ def parts_of(samples, work_s, startup_s, nodes, part_s=0.0):
     took = {count: image_seconds(count, samples, work_s, startup_s, nodes, part_s)
             for count in {1, *(min(most, count) for count in counts)}}
     # More parts even out the speeds of nodes, so they are taken where they cost next to nothing.
-    return max(count for count, seconds in took.items() if seconds <= 1.05 * min(took.values()))
+    return max(count for count, seconds in took.items() if seconds <= NEXT_TO_NOTHING * min(took.values()))
 
 
 def image_seconds(parts, samples, work_s, startup_s, nodes, part_s):
@@ -83,10 +86,11 @@ def group(seconds, startup_s, nodes):
     """Which lines share a task, as lists of numbers: in their order, until a task has enough to do. seconds: of each."""
     enough = max(least_task_seconds(startup_s), 0)
     # Where there is plenty, tasks are longer than they must be, so that there are not too many of
-    # them.
+    # them. Beyond ten times that, start-up takes a hundredth of a task, and longer ones gain little.
     enough = max(enough, min(sum(seconds) / (nodes * TASKS_PER_NODE), 10 * enough))
     tasks, load = [], math.inf
     for number, each in enumerate(seconds):
+        # A line that would make a task more than twice as long as it must be begins another one.
         if load >= enough * (1 - 1e-9) or load + each > 2 * enough:
             tasks.append([])
             load = 0
@@ -97,8 +101,6 @@ def group(seconds, startup_s, nodes):
 
 def attempts(code):
     """How often a task is run on its node before it counts as failed, if eikon ended with this exit code."""
-    if code > 128 and code != 137:
-        return ATTEMPTS_OTHER
     return ATTEMPTS.get(code, ATTEMPTS_OTHER)
 
 
