@@ -8,12 +8,14 @@
 
 namespace eikon {
 
-// A pixel is no outlier if it is not brighter than 1 / kAlike times kEnoughBright adjacent pixels,
-// of which each has a mean that is known to within the factor kCertain.
+// An adjacent pixel is as bright as a pixel if its mean is at least kAlike times that of the pixel.
+// This is certain if the standard deviation of its mean is at most kCertain times that mean. A
+// pixel with kEnoughBright adjacent pixels that are as bright, and certainly so, is no outlier.
 inline constexpr double kAlike = 0.4, kCertain = 0.35;
 inline constexpr int kEnoughBright = 2;
-// A pixel is bright and alone if fewer adjacent ones are alike, and it is so many times as bright
-// as the mean of the others. It is bright in both replicates if the dimmer one is, too.
+// A pixel is bright and alone if fewer than kEnoughBright adjacent pixels are as bright, and its
+// mean is more than kLoneBright times the mean of the others. It is so in both replicates if its
+// mean in the dimmer one is still more than kDimmerBright times the mean of the others.
 inline constexpr double kLoneBright = 5, kDimmerBright = 2.5;
 
 /// True if a pixel is brighter than what its surroundings say of it, and yet no outlier, because

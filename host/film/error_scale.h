@@ -10,8 +10,9 @@ namespace eikon {
 #define EK_INLINE inline __attribute__((always_inline))
 
 inline constexpr double kEpsilon = 1e-2;
-// Neighbours whose spread is more than so many times what their noise gives lie on both sides of an
-// edge. A pixel whose variance is so many times theirs is on the edge itself.
+// The neighbours lie on both sides of an edge if the squares of their distances from their mean sum
+// up to more than kNoiseOfSides times the sum of their variances. The pixel is on the edge itself
+// if its variance is more than kNoiseOfEdge times the mean of theirs.
 inline constexpr double kNoiseOfSides = 2, kNoiseOfEdge = 9;
 inline constexpr double kEnoughNeighbours = 8;  // with so many the own mean of a pixel is not needed
 
@@ -58,17 +59,23 @@ EK_INLINE void expectation(const Real& mean, const Real& variance, const Neighbo
 
 /// Improves the expectation of a pixel that is an outlier by what the pixel itself tells.
 ///
-/// The dimmer of two replicates has not met the outlier. Its mean tells where a pixel differs from
-/// its surroundings, and the more samples it has the better.
+/// The dimmer of two replicates does not have the outlier's bright sample. So its mean tells
+/// whether the pixel differs from its surroundings, and the more samples it has, the more it
+/// counts.
 ///
-/// The pixel's own part in the mean of the surroundings keeps them from being taken for black.
-/// Outliers of a size x fall upon n pixels like drops: their number is Poisson's, and K others
-/// beside one that was met make (n / x)^2 / ((K + 1) (K + 2)) an estimate without bias of 1 / mu^2
-/// [Chen 1975]. Neighbours and the correction to second order give K^2 + 3 K below the line, so
-/// that 2 is missing, which bounds what an outlier can add.
+/// The surroundings of an outlier may all be black so far, and yet their expectation is not zero:
+/// what fell upon this pixel could have fallen upon them. So the squared error grows with the part
+/// that this pixel has in the mean of the surroundings. Let outliers of a size x fall upon n
+/// pixels. Their number has a Poisson distribution, and with K others beside one that was met,
+///   (n / x)^2 / ((K + 1) (K + 2)) = (n / x)^2 / (K^2 + 3 K + 2)
+/// estimates 1 / mu^2 without bias [Chen 1975]. What inverse_scale() makes of the neighbours alone
+/// has K^2 + 3 K as its denominator. This adds the 2 that is missing (if kOwnPart were 2/3), which
+/// bounds what an outlier can add.
 ///
-/// mean, count: of the pixel, and of the neighbours from which its expectation was found dimmer,
-/// dimmer_weight: mean and weight of the dimmer replicate; the weight is 0 if there are not two
+/// mean           of the pixel
+/// dimmer         mean of the dimmer replicate
+/// dimmer_weight  weight of that mean, where a neighbour's is 1; 0 if there are not two replicates
+/// count          neighbours from which the expectation was found
 inline void add_own_evidence(double mean, double dimmer, double dimmer_weight, double count, Estimate<double>& found) {
   const double part = (mean - found.mean) / (count + 1);
   found.squared_error += kOwnPart * part * part;

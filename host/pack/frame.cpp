@@ -60,7 +60,7 @@ void set_light_paths(Frame& frame, const PackedScene& packed, const Settings& se
 }
 
 /// Sets the radius in which the first photons are gathered: that of kPhotonPixels pixels, seen
-/// where the scene is.
+/// where the scene is. Caustics are blurred over it at first (kernels/lights/README.md).
 void set_photons(Frame& frame, const PackedScene& packed, const Settings& settings) {
   if (!settings.merges_caustics || packed.bounds.empty()) return;
   constexpr double kPhotonPixels = 2;

@@ -66,8 +66,9 @@ struct Settings {
   std::uint32_t width = 0, height = 0;
   Crop crop;
   std::uint64_t sample_begin = 0, sample_end = 64;  // half-open
-  /// Samples of each pixel that are likely, if the render may end before sample_end; 0: all.
-  /// Preparation that pays off later depends on it; the image does not.
+  /// The samples of each pixel that are expected, where the render may end before sample_end, such
+  /// as one with a time limit; 0: all. From it follows how much work is spent on a better tree
+  /// (expected_rays); the image does not depend on it.
   std::uint64_t likely_samples = 0;
   std::uint32_t seed = 0;
   // log2 of the number of replicates: sample i of each pixel belongs to replicate i modulo that

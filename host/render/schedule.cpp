@@ -208,9 +208,10 @@ std::uint64_t Schedule::unit_size(std::size_t device, double now_s) {
     size = fitting > double(small) ? std::min(std::uint64_t(fitting), size) : small;
   }
   if (begin_s + expected_s(d, size) <= others_s) return size;
-  // Each may take another for quicker, as their units have other sizes, and then nobody would do
-  // it. So the quickest for all that is left, which is one number for all of them, goes on where
-  // nothing is under way.
+  // Another device is expected to finish this sooner. But all devices may expect that of another
+  // one, because the units that they compare differ in size, and then the work would stay undone.
+  // So where nothing is under way, the device takes it that is quickest for all paths that are
+  // left: for one number of paths, one of the devices is the quickest.
   return in_flight_.empty() && is_quickest(device, pool_.path_count()) ? size : 0;
 }
 

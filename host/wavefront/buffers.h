@@ -15,7 +15,9 @@
 
 namespace eikon {
 
-/// The shape of a unit's film sums.
+/// The shape of a unit's film sums: words of 32 bits, [replicate][channel][limb][pixel]. Each row
+/// of pixels has EK_PAD words behind the last one. Rejected samples are counted in words as well,
+/// [replicate][pixel].
 struct FilmShape {
   std::uint32_t replicates = 1, channels = 0, mattes = 0;
   [[nodiscard]] std::size_t sum_words(std::size_t pixel_count) const {

@@ -23,9 +23,10 @@ constexpr std::uint32_t kMostExactPaths = 1U << 23;
 // cornell_spheres.gltf (tools/gpu/MODEL.md).
 constexpr std::uint32_t kLeastQueuedCapacity = 1U << 20;
 constexpr std::uint64_t kResident = 2048, kRoundsOfItems = 128;  // work-items that a compute unit holds; rounds of them
-// A unit with fewer samples of each pixel is smaller than the capacity, because its sums take
-// memory, too. On CPUs even the samples of a short pass fill it (kLeastSamples in
-// render/schedule.cpp), because cores that have few paths each are idle for long.
+// A unit has at most capacity / kSamplesToFill pixels (on CPUs kSamplesToFillCores), because the
+// sums of each pixel take memory. So a unit reaches the capacity only with so many samples of each
+// pixel. On CPUs it does with the samples of a short pass (kLeastSamples in render/schedule.cpp),
+// because cores that have few paths each are idle for long.
 constexpr std::uint32_t kSamplesToFill = 32, kSamplesToFillCores = 16;
 // Measured on cores with 1 MiB of level-2 cache: chunks of 4096 paths (0.5 MiB of state) are 3 to 4
 // % faster than chunks of 1024, because fewer of them end with empty lanes and rows of rays. 8192

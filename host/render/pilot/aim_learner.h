@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Learns from the splats of a trial where light paths should start (guide/light_aim.h).
 //
-// A splat's square, over the even density of starts, samples the second moment of what light paths
-// bring. With the starts of a bin made s times as dense, its part of that moment is divided by s,
-// and the sum over all bins is least if they are as dense as the root of their part [Kahn and
-// Marshall 1953]. What is learned from few splats holds for these splats more than for others, so
-// it is weighed by learning from each half of the trial, and looking at the other half.
+// The splats of a trial whose light paths start evenly give, by their squares, the second moment of
+// what light paths bring. Each bin of starts has a part of it. If starts in a bin become s times as
+// dense, its part is divided by s. The sum over all bins is least if the density of each bin is
+// proportional to the square root of its part [Kahn and Marshall 1953].
+//
+// What is learned from few splats suits these splats better than others. So gain() learns from each
+// half of the trial, and measures with the splats of the other half.
 #pragma once
 #include <array>
 #include <cstdint>

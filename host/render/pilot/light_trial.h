@@ -2,13 +2,19 @@
 // The part of a pilot that decides how many light paths an image has.
 //
 // Light paths and camera paths find the same light, and each has the share that the balance
-// heuristic gives it, so one picture with many light paths tells the error that any other number of
-// them would leave. With f the light of a path, p its density as a camera path, q its density as a
-// light path, and n light paths for each sample of a pixel, the second moment of what both bring to
-// a pixel is the integral of f^2 / (p + n q) [Veach 1997, section 9.2]. A light path of the trial
-// samples this integral at any n, since its splat has f / q and the ratio q / p
-// (kernels/shared/splat.h). It does so also at n = 0, where camera paths alone have the light and
-// show it as a few very bright pixels: the trial knows of these without having met any.
+// heuristic gives it. So one picture with many light paths tells the error that any other number of
+// them would leave. The second moment of what both bring to a pixel is the integral, over all
+// paths, of
+//   f^2 / (p + n q)   [Veach 1997, section 9.2]
+// with
+//   f  the light that a path carries
+//   p  its density as a camera path
+//   q  its density as a light path
+//   n  the number of light paths for each sample of a pixel
+//
+// A light path of the trial samples this integral at any n, because its splat has f / q and the
+// ratio q / p (kernels/shared/splat.h). It does so also at n = 0: then camera paths alone have the
+// light, and show it as a few very bright pixels. The trial knows of these without having met any.
 //
 // Cost is counted in rays and never in time, so every part of an image decides alike.
 #pragma once

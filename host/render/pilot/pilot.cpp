@@ -11,7 +11,8 @@
 namespace eikon {
 namespace {
 
-constexpr std::uint64_t kLeastPixels = 1U << 14;  // of images that have a pilot whatever is in the scene
+// Smaller images have no pilot unless guiding is on or only light paths find some light.
+constexpr std::uint64_t kLeastPixels = 1U << 14;
 constexpr std::uint64_t kLeastPaths = 1U << 15;
 constexpr std::uint64_t kPathsPerPixel = 2;  // a thirty-second of the usual 64 samples
 constexpr std::uint64_t kLeastTrialPaths = 1U << 14, kMostTrialPaths = 1U << 16;

@@ -43,9 +43,9 @@ class PilotPicture {
  public:
   using Use = std::function<void(const PilotUnit&)>;
 
-  /// settings  of the picture; largest: paths that render() may be asked for at once. The size of
-  ///           units, which follows
-  /// from it and from the memory that there is, changes nothing of what they bring.
+  /// settings  of the picture
+  /// largest   paths that render() may be asked for at once. The size of units follows from it and
+  ///           from the memory that there is, and changes nothing of what they bring
   /// throws DeviceError, also when the device has not even the memory for small units
   PilotPicture(const PilotContext& context, const Settings& settings, std::uint64_t largest);
 

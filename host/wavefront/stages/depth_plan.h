@@ -13,13 +13,13 @@
 
 namespace eikon {
 
-/// While many paths are left, their number decides how many work-items a stage has, so the host
-/// reads it after each depth. The few that are left at last take as long for any number of
-/// work-items, and the host would wait for each depth of them. So all of those depths are launched
-/// at once, as many as units before had from there on.
+/// While many paths are left, a stage is launched with one work-item for each, so the host reads
+/// their number after each depth. When at most kFew paths are left, a launch takes as long with
+/// work-items that have no path, and waiting for the host would take longer. So the depths that are
+/// left are launched all at once: as many as units before had from such a number of paths on.
 class DepthPlan {
  public:
-  /// With so few paths the work-items of all of them cost next to nothing, with or without a path.
+  /// So few work-items cost next to nothing, whether or not they have a path.
   static constexpr std::uint64_t kFew = 1U << 16;
   static constexpr std::uint32_t kMostAtOnce = EK_COUNT_DEPTHS / 2;
 

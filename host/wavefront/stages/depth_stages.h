@@ -26,8 +26,8 @@ class DepthStages {
   /// counts  the buffer of that name
   void begin(const Frame& frame, const Buffer& counts);
   /// Launches the depths behind it, until none has a path. The host looks at the counts of a depth
-  /// while the next one is
-  /// under way. returns  the rays that were scattered, and the shadow rays
+  /// while the next one is under way.
+  /// returns  the rays that were scattered, and the shadow rays
   RayCounts launch_rest();
   /// Waits for reads that are still under way. To be called after launch_rest() and before the
   /// memory of this goes.

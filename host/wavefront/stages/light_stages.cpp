@@ -17,7 +17,9 @@ constexpr std::uint64_t kMostPaths = 1U << 16;  // of a part,
 constexpr std::uint64_t kCapacityShare = 8;     // or this part of those that a device with queues traces at once
 constexpr std::uint32_t kSplatsPerPath = 4;     // that there is room for; rooms with glass have .4 to 1.9
 constexpr std::uint32_t kLikelySplatsPerPath = 2;
-constexpr std::uint64_t kMostNumbers = 1U << 13;  // of a part, on devices with chunks
+// Numbers of light paths that a part has, on devices with chunks. Each is traced for all samples of
+// the part, so this bounds the paths of parts with fewer than eight samples.
+constexpr std::uint64_t kMostNumbers = 1U << 13;
 constexpr float kRange = 0x1p54F;                 // of splats: 2^38 of radiance, and kSplatShift
 static_assert(kSplatShift == 16);
 constexpr std::uint32_t kNoneTaken = 0;
@@ -159,9 +161,10 @@ void LightStages::launch(LightUnit& lights, std::size_t which) {
   } else {
     run_stages(lights);
   }
-  // So many words are likely to be enough. The rest, if there is more, waits for all that is in the
-  // queue by then. Where each stage has a launch of its own, the host has waited for the last one,
-  // so it reads no more than there are.
+  // The number of splats is not known yet. So this read asks for as many as the paths are likely to
+  // leave. collect() reads the rest, if there are more; that read then waits for all that is in the
+  // device's queue. Where each stage has a launch of its own, the host has already waited for the
+  // last launch, so collect() reads all of them and no more.
   const std::size_t likely =
       config_.fused ? std::min<std::size_t>(kLikelySplatsPerPath * lights.frame.path_count, lights.frame.splat_capacity)
                     : 0;
@@ -195,7 +198,9 @@ void LightStages::collect(LightUnit& lights, std::size_t which) {
   device_->wait(lights.counted);
   const std::uint32_t stored = lights.counts[SPLATS_stored];
   if (stored > lights.frame.splat_capacity) {
-    // Halves of it are traced again.
+    // Halves of it are traced again. The rays of this attempt do not count: the trial of light
+    // paths weighs the cost in rays, which must not depend on how many splats a device has room
+    // for.
     LightUnit::Part first = lights.running, second = lights.running;
     if (first.end - first.first > 1)
       first.end = second.first = std::midpoint(first.first, first.end);

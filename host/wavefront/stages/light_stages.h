@@ -33,8 +33,9 @@ struct NumberRange {
 /// range for each row.
 [[nodiscard]] std::vector<NumberRange> light_paths_of(const LightPathPlan& plan, const Crop& block);
 
-/// The light paths of one unit under way. Their number of splats is not known before they are
-/// traced, so they are traced part by part, and a part whose splats do not fit is halved.
+/// The light paths of one unit under way. The memory for splats is limited, and how many splats a
+/// light path leaves is known only when it has been traced. So light paths are traced part by part,
+/// and a part whose splats do not fit is halved and traced again.
 struct LightUnit {
   std::vector<NumberRange> ranges;             // light_paths_of() the unit's block
   std::uint64_t count = 0;                     // numbers in all ranges: light paths of each of the unit's samples
