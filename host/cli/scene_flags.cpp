@@ -231,7 +231,7 @@ void add_light_flags(CommandFlags& flags, SceneOptions& options, const std::stri
       {"--max-depth", "N", "longest path in edges from the camera: 1 emission, 2 direct light; 0: no limit [0]"},
       options.max_depth, 0, 4294967295.0);
   flags.number({"--roulette", "P", "constant survival probability for Russian roulette [by throughput]"},
-               options.roulette, 0.01, 1);
+               options.roulette_survival, 0.01, 1);
   flags.choice<LightSampling>(
       {"--light-sampling", "NAME",
        "strategy for direct light: mis, light, bsdf, hemisphere; same mean, different variance [mis]"},

@@ -265,10 +265,10 @@ std::vector<MatteCount> Film::matte(std::size_t matte, std::uint32_t x, std::uin
 
 void Film::add_mattes(const UnitSums& unit) {
   const std::size_t pixels = unit.pixels.size(), samples = unit.sample_end - unit.sample_begin;
-  if (unit.met.size() != mattes_.size() * samples * pixels || unit.matte_ids.size() != mattes_.size())
+  if (unit.matte_numbers.size() != mattes_.size() * samples * pixels || unit.matte_ids.size() != mattes_.size())
     throw InternalError(
         fmt::format("unit of {} pixels and {} samples: {} numbers and {} lists of ids do not fit {} mattes", pixels,
-                    samples, unit.met.size(), unit.matte_ids.size(), mattes_.size()));
+                    samples, unit.matte_numbers.size(), unit.matte_ids.size(), mattes_.size()));
   if (mattes_.empty()) return;
   const std::vector<std::vector<std::uint32_t>> bands = bands_of(unit.pixels);
   const std::size_t bands_of_part = kNumbersOfPart * bands.size() / std::max<std::size_t>(1, samples * pixels);
@@ -300,7 +300,7 @@ void Film::add_matte_band(const UnitSums& unit, std::size_t matte, std::span<con
     const std::span<const std::uint32_t> some = band.subspan(first, std::min(kTogether, band.size() - first));
     std::array<Run, kTogether> runs{};
     for (std::size_t s = 0; s < samples; ++s) {
-      const std::uint32_t* const numbers = &unit.met[(matte * samples + s) * pixels];
+      const std::uint32_t* const numbers = &unit.matte_numbers[(matte * samples + s) * pixels];
       for (std::size_t i = 0; i < some.size(); ++i) {
         if (numbers[some[i]] != runs[i].number) {
           add_run(some[i], runs[i]);

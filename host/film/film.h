@@ -88,7 +88,7 @@ struct UnitSums {
   /// Number of the object or material that each sample's camera ray hit, [(matte * samples + sample
   /// - sample_begin) * pixels.size() + pixel], and the ids that the mattes give to these numbers,
   /// [matte][number].
-  std::span<const std::uint32_t> met = {};
+  std::span<const std::uint32_t> matte_numbers = {};
   std::span<const std::vector<std::uint32_t>> matte_ids = {};
   /// Splats of its light paths, SPLAT_WORDS words each (kernels/shared/splat.h), and the number of
   /// light paths that it has of each of its samples.
@@ -192,7 +192,7 @@ class Film {
   /// replicate without samples.
   [[nodiscard]] double variance_of_mean(std::uint32_t x, std::uint32_t y, std::uint32_t channel) const;
   /// Computes mean() and variance_of_mean() for all pixels of a row of the crop.
-  void row_spread(std::uint32_t y, std::uint32_t channel, double* means, double* variances) const;
+  void row_means_and_variances(std::uint32_t y, std::uint32_t channel, double* means, double* variances) const;
   /// Computes mean(), rounded to float, for all pixels of a row of the crop.
   void row_means(std::uint32_t y, std::uint32_t channel, float* means) const;
   /// The number of samples over all replicates.
@@ -218,10 +218,10 @@ class Film {
   std::vector<std::optional<std::uint32_t>> splats_of_;  // channel of the splats of each channel
   int128 limit_ = 0;  // bound of a replicate's sum, so that the total over replicates always fits
 
-  struct Spread {
+  struct MeanAndVariance {
     double mean, variance;
   };
-  [[nodiscard]] Spread spread_of(std::size_t pixel, std::uint32_t channel) const;
+  [[nodiscard]] MeanAndVariance mean_and_variance(std::size_t pixel, std::uint32_t channel) const;
   /// The samples of each replicate of each pixel of a row from pixel `first` on, if all have as
   /// many.
   [[nodiscard]] std::optional<std::uint64_t> count_of_row(std::size_t first) const;

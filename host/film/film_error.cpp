@@ -360,7 +360,7 @@ PredictedError Film::predicted_error() const {
     for (int y = from; y < to; ++y)
       for (std::uint32_t c = 0; c < 3; ++c) {
         const std::span<double> means(&mean[c].at(0, y - from), crop.width()), row(&variance[c].at(0, y - from), crop.width());
-        row_spread(crop.y0 + static_cast<std::uint32_t>(y), c, means.data(), row.data());
+        row_means_and_variances(crop.y0 + static_cast<std::uint32_t>(y), c, means.data(), row.data());
         if (std::ranges::any_of(row, [](double value) { return std::isnan(value); })) known = false;
         if (std::ranges::any_of(means, [](double value) { return value != 0; })) lit = true;
       }

@@ -89,10 +89,10 @@ double Film::mean(std::uint32_t x, std::uint32_t y, std::span<const std::uint32_
 }
 
 double Film::variance_of_mean(std::uint32_t x, std::uint32_t y, std::uint32_t channel) const {
-  return spread_of(pixel_index(x, y), channel).variance;
+  return mean_and_variance(pixel_index(x, y), channel).variance;
 }
 
-Film::Spread Film::spread_of(std::size_t pixel, std::uint32_t channel) const {
+Film::MeanAndVariance Film::mean_and_variance(std::size_t pixel, std::uint32_t channel) const {
   const std::size_t replicates = layout_.replicates, channels = layout_.channels.size();
   const std::uint64_t* const counts = &counts_[pixel * replicates];
   const int128* const sums = &sums_[pixel * replicates * channels + channel];
@@ -103,8 +103,8 @@ Film::Spread Film::spread_of(std::size_t pixel, std::uint32_t channel) const {
     all += counts[r], total += sums[r * channels];
     if (splats != nullptr) all_paths += light_paths_at(pixel, r), total_splats += splats[r * channels];
   }
-  Spread found{.mean = to_mean(total, all) + mean_of_splats(total_splats, all_paths),
-               .variance = std::numeric_limits<double>::quiet_NaN()};
+  MeanAndVariance found{.mean = to_mean(total, all) + mean_of_splats(total_splats, all_paths),
+                        .variance = std::numeric_limits<double>::quiet_NaN()};
   if (replicates < 2) return found;
   double spread = 0;
   for (std::size_t r = 0; r < replicates; ++r) {
@@ -125,18 +125,18 @@ std::optional<std::uint64_t> Film::count_of_row(std::size_t first) const {
   return alike ? std::optional(*begin) : std::nullopt;
 }
 
-void Film::row_spread(std::uint32_t y, std::uint32_t channel, double* means, double* variances) const {
+void Film::row_means_and_variances(std::uint32_t y, std::uint32_t channel, double* means, double* variances) const {
   const std::size_t first = pixel_index(layout_.crop.x0, y), width = layout_.crop.width();
   const std::size_t replicates = layout_.replicates, channels = layout_.channels.size();
   const std::optional<std::uint64_t> count = count_of_row(first);
   if (splats_of_[channel] || replicates < 2 || count.value_or(0) == 0) {
     for (std::size_t i = 0; i < width; ++i) {
-      const Spread found = spread_of(first + i, channel);
+      const MeanAndVariance found = mean_and_variance(first + i, channel);
       means[i] = found.mean, variances[i] = found.variance;
     }
     return;
   }
-  // As spread_of(), with what all pixels have in common taken out.
+  // As mean_and_variance(), with what all pixels have in common taken out.
   const Quotient of_one(*count), of_all(*count * replicates);
   const double weight = static_cast<double>(*count) / static_cast<double>(*count * replicates);
   const int128* sums = &sums_[first * replicates * channels + channel];
@@ -182,7 +182,7 @@ MeanRadiance Film::mean_radiance() const {
     std::vector<double> means(crop.width()), variances(crop.width());
     RowSums& row = rows[y - crop.y0];
     for (std::uint32_t channel = 0; channel < 3; ++channel) {
-      row_spread(y, channel, means.data(), variances.data());
+      row_means_and_variances(y, channel, means.data(), variances.data());
       row.mean[channel] = std::accumulate(means.begin(), means.end(), 0.0);
       row.variance[channel] = std::accumulate(variances.begin(), variances.end(), 0.0);
     }

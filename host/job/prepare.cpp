@@ -234,12 +234,12 @@ void settle_integrator(const SceneOptions& options, Settings& settings) {
   const bool raycast = integrator == IntegratorChoice::raycast, whitted = integrator == IntegratorChoice::whitted;
   settings.integrator = raycast ? Integrator::raycast : whitted ? Integrator::whitted : Integrator::path;
   const bool is_direct = integrator == IntegratorChoice::direct;
-  if (options.roulette == 1 && options.max_depth == 0 && !is_direct)
+  if (options.roulette_survival == 1 && options.max_depth == 0 && !is_direct)
     throw UsageError("--roulette 1: no path would ever end; give --max-depth");
   settings.max_depth = options.max_depth;
   if (is_direct || raycast) settings.max_depth = settings.max_depth == 0 ? 2 : std::min(settings.max_depth, 2U);
-  settings.roulette = options.roulette;
-  if (settings.roulette > 0) settings.roulette_depth = 2;
+  settings.roulette_survival = options.roulette_survival;
+  if (settings.roulette_survival > 0) settings.roulette_depth = 2;
 
   settings.light_sampling = options.light_sampling;
   const bool samples = samples_lights(options.light_sampling);
@@ -302,11 +302,11 @@ void settle_caustics(const SceneOptions& options, Settings& settings) {
 /// throws UsageError if the way of rendering has none of those that are asked for
 void settle_light_paths(const SceneOptions& options, const Scene& scene, Settings& settings) {
   if (options.light_paths.value_or(0) > 0) require_light_paths(options, "--light-paths");
-  const bool alone = only_light_paths_find_some(scene);
-  const double usual = alone ? kUsualLightPathsAlone : kUsualLightPaths;
+  const bool light_paths_needed = only_light_paths_find_some(scene);
+  const double usual = light_paths_needed ? kUsualNeededLightPaths : kUsualLightPaths;
   settings.light_path_count = light_paths_of_ratio(settings, options.light_paths.value_or(usual));
   if (options.light_paths) return;
-  if (options.tries_light_paths) settings.light_trial_paths = usual_light_trial_paths(settings, alone);
+  if (options.tries_light_paths) settings.light_trial_paths = usual_light_trial_paths(settings, light_paths_needed);
   const bool finds_more = options.merges_caustics || std::ranges::any_of(scene.materials, is_specular_light_target);
   if (settings.light_trial_paths == 0 && !finds_more) settings.light_path_count = 0;
 }

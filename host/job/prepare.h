@@ -65,9 +65,9 @@ struct AnimationOptions {
 };
 
 inline constexpr std::uint64_t kUsualSpp = 64;  // samples per pixel
-// Light paths for each path from the camera, of an image without a trial; and where they alone find
-// some of the light.
-inline constexpr double kUsualLightPaths = 1.0 / 16, kUsualLightPathsAlone = 1.0 / 4;
+// Light paths for each path from the camera, of an image without a trial; and those of one that
+// needs them, because only light paths find some of its light (only_light_paths_find_some).
+inline constexpr double kUsualLightPaths = 1.0 / 16, kUsualNeededLightPaths = 1.0 / 4;
 
 /// The wishes of a user for the scene, the camera and the picture. They decide all of the Settings.
 struct SceneOptions {
@@ -102,7 +102,7 @@ struct SceneOptions {
   std::optional<SampleRange> samples;  // default: 0 to spp
   std::uint64_t seed = 0;
   std::uint32_t max_depth = 0;  // 0: no limit
-  float roulette = 0;           // constant survival probability; 0: by throughput
+  float roulette_survival = 0;  // constant survival probability; 0: by throughput
   IntegratorChoice integrator = IntegratorChoice::path;
   LightSampling light_sampling = LightSampling::mis;
   std::uint32_t light_samples = 1;

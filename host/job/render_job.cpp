@@ -107,13 +107,13 @@ std::string RenderJob::how_it_ended() const {
                           settings.sample_begin;
   const std::string samples = least == most ? fmt::format("{}", most) : fmt::format("{} to {}", least, most);
   switch (report().end) {
-    case End::enough:
+    case RenderEnd::target_error:
       return fmt::format("ended by --target-error, at {} samples per pixel", samples);
-    case End::out_of_time:
+    case RenderEnd::time_limit:
       return fmt::format("ended by --time, at {} samples per pixel", samples);
-    case End::all_done:
+    case RenderEnd::all_samples:
       return fmt::format("ended by the limit of {} samples per pixel", samples);
-    case End::interrupted:
+    case RenderEnd::interrupted:
       break;
   }
   return fmt::format("interrupted, at {} samples per pixel", samples);
@@ -164,7 +164,7 @@ RenderOutput RenderJob::render_scene(const std::atomic<bool>& stop, RenderHooks 
 
 void RenderJob::end_render() {
   if (device_turn_ != nullptr) device_turn_->under_way();
-  if (report().end == End::enough || report().end == End::out_of_time) end_samples();
+  if (report().end == RenderEnd::target_error || report().end == RenderEnd::time_limit) end_samples();
   for (const std::string& note : report().notes) log_(note);
   for (const DeviceEvent& event : report().events)
     if (failure_.empty())  // else it says why each device was dropped
@@ -287,7 +287,7 @@ void RenderJob::write(bool elsewhere) {
 void RenderJob::write_files(bool elsewhere) {
   if (!has_samples()) {
     as_asked_ = false;
-    log_(report().end == End::out_of_time
+    log_(report().end == RenderEnd::time_limit
              ? "the time was over before the first sample: nothing was written; give --time more seconds"
              : "interrupted before the first sample: nothing was written");
     return;

@@ -326,7 +326,7 @@ constexpr Rule kRules[] = {
     {Feature::path_log, "the program of a pilot has it", [](const SceneFacts&) { return false; }},
     {Feature::light_paths, light_paths},
     {Feature::merging, merging},
-    {Feature::fixed_roulette, "--roulette", [](const SceneFacts& f) { return f.settings.roulette > 0; }},
+    {Feature::fixed_roulette, "--roulette", [](const SceneFacts& f) { return f.settings.roulette_survival > 0; }},
     {Feature::pixel_filter, "--filter", [](const SceneFacts& f) { return !f.settings.filter.is_pixel_box(); }},
     {Feature::orthographic,
      [](const SceneFacts& f) { return camera_rule(f, f.settings.camera.projection == Projection::orthographic); }},

@@ -80,7 +80,7 @@ void set_sampling(Frame& frame, const Settings& settings) {
   frame.replicate_bits = settings.replicate_bits;
   frame.max_depth = settings.max_depth;
   frame.roulette_depth = settings.roulette_depth;
-  frame.roulette = settings.roulette;
+  frame.roulette = settings.roulette_survival;
   if (settings.guide != nullptr) set_guide(frame, *settings.guide);
 }
 

@@ -80,7 +80,7 @@ struct Settings {
   std::uint32_t max_depth = 0;
   Integrator integrator = Integrator::path;
   std::uint32_t roulette_depth = 4;  // the first edge that Russian roulette decides on
-  float roulette = 0;                // constant survival probability; 0: by the path's throughput
+  float roulette_survival = 0;       // constant survival probability; 0: by the path's throughput
   bool energy_compensation = false;  // rough metal and glass give back what single scattering loses
   Culling culling = Culling::none;   // --cull has the default `camera`: instruments that place rays meet all surfaces
   LightSampling light_sampling = LightSampling::mis;

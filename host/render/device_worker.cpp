@@ -17,7 +17,7 @@ namespace {
 class SumsAdder {
  public:
   SumsAdder(DeviceSessions& sessions, std::size_t device, UnitRunner& runner)
-      : sessions_(sessions), device_(device), runner_(runner), beside_(runner.needs_its_thread()) {}
+      : sessions_(sessions), device_(device), runner_(runner), beside_(runner.adds_sums_beside()) {}
   /// The arrays of the result must not change before wait().
   void add(const Schedule::Assignment& unit, UnitResult result) {
     const auto add = [this, unit, result = std::move(result)] {
@@ -56,7 +56,7 @@ void process_row_of_units(DeviceSessions& sessions, std::size_t device, UnitRunn
       std::optional<Schedule::Assignment> next;
       UnitResult result = runner.finish([&]() -> std::optional<WorkUnit> {
         adder.wait();  // the next unit has the arrays of the one before
-        if (!shrink.is_over(host_seconds())) next = sessions.next_unit(device);
+        if (!shrink.wants_larger_units(host_seconds())) next = sessions.next_unit(device);
         return next ? std::optional(next->unit) : std::nullopt;
       });
       adder.add(*unit, std::move(result));  // while the device works on the next
@@ -75,7 +75,7 @@ void process_row_of_units(DeviceSessions& sessions, std::size_t device, UnitRunn
 bool process_units(DeviceSessions& sessions, std::size_t device, UnitRunner& runner, UnitShrink& shrink) {
   while (const std::optional<Schedule::Assignment> unit = sessions.wait_for_unit(device)) {
     process_row_of_units(sessions, device, runner, shrink, unit);
-    if (shrink.is_over(host_seconds())) return true;
+    if (shrink.wants_larger_units(host_seconds())) return true;
   }
   return false;
 }
@@ -96,7 +96,7 @@ bool serve(DeviceSessions& sessions, std::size_t device, const OpenRunner& open,
     const bool again = process_units(sessions, device, *runner, shrink);
     if (again) {
       runner->discard();  // it holds memory that the next opening needs
-      shrink.grow();
+      shrink.enlarge();
     }
     sessions.closing(device, describe());
     return again;
@@ -159,7 +159,7 @@ class WavefrontRunner : public UnitRunner {
         stay_(devices.stay),
         wavefront_(ReadyWavefronts::of(lease_).get(lease_, devices.packed, devices.features, devices.settings,
                                                    on_track(std::move(execution)))) {
-    if (needs_its_thread()) trace_.add_beside(lease_->info());
+    if (adds_sums_beside()) trace_.add_beside(lease_->info());
   }
   WavefrontRunner(const WavefrontRunner&) = delete;
   WavefrontRunner& operator=(const WavefrontRunner&) = delete;
@@ -194,7 +194,7 @@ class WavefrontRunner : public UnitRunner {
                     "name another file",
                     wanted, lease_->info().selector, here));
   }
-  [[nodiscard]] bool needs_its_thread() const override { return !wavefront_.config().chunked; }
+  [[nodiscard]] bool adds_sums_beside() const override { return !wavefront_.config().chunked; }
   [[nodiscard]] TraceScope scope(const char* name) override { return {timeline_.get(), trace_.thread, name}; }
   [[nodiscard]] TraceScope adding_scope() override { return {timeline_.get(), trace_.adding, "add to film"}; }
   void begin(const WorkUnit& unit) override {

@@ -31,9 +31,9 @@ class UnitRunner {
   /// was begun before. The result is valid until the next call asks for a unit. throws DeviceError
   /// for the unit that it waits for; an error of the next unit comes with the next call.
   virtual UnitResult finish(const Next& next) = 0;
-  /// Units are driven launch by launch, so that the device idles while its thread does anything
-  /// else. Their sums are added on another thread.
-  [[nodiscard]] virtual bool needs_its_thread() const { return false; }
+  /// True if the sums of units are to be added on another thread: units are driven launch by
+  /// launch, so that the device would idle while its thread does anything else.
+  [[nodiscard]] virtual bool adds_sums_beside() const { return false; }
   /// Opens a span on the track of the device's thread, for --profile.
   [[nodiscard]] virtual TraceScope scope(const char* name) { return {nullptr, Trace::kMain, name}; }
   /// Opens one on the track of the thread that adds sums.

@@ -141,9 +141,9 @@ std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& set
   // A new member of Settings fails to compile here. Its author then decides whether image bits
   // depend on it, and adds it below if so.
   const auto& [width, height, crop, sample_begin, sample_end, likely_samples, seed, replicate_bits, max_depth,
-               integrator, roulette_depth, roulette, energy_compensation, culling, light_sampling, light_samples, aovs,
-               depth_series, filter, transparent, light_path_count, light_trial_paths, light_aim, merges_caustics,
-               guiding, pilot_paths, guide, camera, next_camera, camera_poses, environment] = settings;
+               integrator, roulette_depth, roulette_survival, energy_compensation, culling, light_sampling,
+               light_samples, aovs, depth_series, filter, transparent, light_path_count, light_trial_paths, light_aim,
+               merges_caustics, guiding, pilot_paths, guide, camera, next_camera, camera_poses, environment] = settings;
   static_cast<void>(crop), static_cast<void>(sample_begin), static_cast<void>(sample_end);
   static_cast<void>(likely_samples);
   static_cast<void>(guide), static_cast<void>(light_aim);  // they follow from the pilot
@@ -164,7 +164,7 @@ std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& set
           {"filter (--filter)", filter.name()},
           {kDepthLimitName, fmt::format("{}", max_depth)},
           {kRouletteDepthName, fmt::format("{}", roulette_depth)},
-          {"roulette (--roulette)", roulette > 0 ? fmt::format("{}", roulette) : "by throughput"},
+          {"roulette (--roulette)", roulette_survival > 0 ? fmt::format("{}", roulette_survival) : "by throughput"},
           {"integrator (--integrator)", name_of(integrator)},
           {"energy compensation (--energy-compensation)", energy_compensation ? "on" : "off"},
           {"light sampling (--light-sampling, --light-samples)",

@@ -283,10 +283,10 @@ void fill_report(RenderReport& report, DeviceSessions& sessions, const Wavefront
 /// Why a render ended that leaves samples undone.
 /// cut_short       the pilot took all of the time
 /// no_device_left  nobody can render what is left
-End reason_of_end(const Rounds& rounds, bool cut_short, bool stopped, bool no_device_left) {
-  if (rounds.over()) return End::enough;
+RenderEnd reason_of_end(const Rounds& rounds, bool cut_short, bool stopped, bool no_device_left) {
+  if (rounds.over()) return RenderEnd::target_error;
   const bool out_of_time = rounds.is_out_of_time() || cut_short;
-  return out_of_time && !stopped && !no_device_left ? End::out_of_time : End::interrupted;
+  return out_of_time && !stopped && !no_device_left ? RenderEnd::time_limit : RenderEnd::interrupted;
 }
 
 /// Renders with the devices that have no error in `prepared`, from the film that the hooks give

@@ -23,14 +23,14 @@
 namespace eikon {
 
 /// Why a render ended.
-enum class End {
-  all_done,     // every sample of the settings is in the film
-  enough,       // RenderHooks::next_round ended it
-  out_of_time,  // the time of Round::latest_s came
-  interrupted,  // it was stopped, or no device was left
+enum class RenderEnd {
+  all_samples,   // every sample of the settings is in the film
+  target_error,  // RenderHooks::next_round ended it, as the picture is good enough
+  time_limit,    // the time of Round::latest_s came
+  interrupted,   // it was stopped, or no device was left
 };
 
-[[nodiscard]] inline const char* name_of(End end) {  // by the flag that sets it, in --stats
+[[nodiscard]] inline const char* name_of(RenderEnd end) {  // as --stats has it
   return std::array{"spp", "target-error", "time", "interruption"}.at(std::size_t(end));
 }
 
@@ -44,8 +44,8 @@ struct RenderReport : RenderTotals {
   std::vector<DeviceEvent> events;   // in the order of time; empty when all went well
   std::vector<std::string> notes;    // for the user, on the choice of devices and the pilot; a line each
   std::uint64_t samples_before = 0;  // samples that the render began with (RenderHooks::begin_with)
-  End end = End::all_done;
-  [[nodiscard]] bool interrupted() const { return end == End::interrupted; }
+  RenderEnd end = RenderEnd::all_samples;
+  [[nodiscard]] bool interrupted() const { return end == RenderEnd::interrupted; }
   std::string features;                       // of the kernels: Features::summary()
   std::vector<FeatureEntry> feature_entries;  // each with the reason why the kernels have it or not
   void set_features(const Features& of_kernels) {

@@ -30,7 +30,7 @@ void write_errors(const Film& film, std::uint32_t y, float* values) {
   const std::uint32_t width = film.layout().crop.width();
   std::vector<double> means(width), variances(width), sums(width);
   for (std::uint32_t channel = 0; channel < 3; ++channel) {
-    film.row_spread(y, channel, means.data(), variances.data());
+    film.row_means_and_variances(y, channel, means.data(), variances.data());
     for (std::uint32_t x = 0; x < width; ++x) sums[x] += variances[x] / (means[x] * means[x] + 1e-2) / 3;
   }
   for (const double sum : sums) values = std::fill_n(values, 3, finite_or_black(std::sqrt(sum)));

@@ -41,12 +41,12 @@ WorkBytes work_bytes(const WavefrontConfig& config, const WorkBufferSizes& plan)
           .sums = 4 * film.sum_words(pixel_capacity),
           .rejected = 4 * film.rejected_words(pixel_capacity),
           .packed = config.chunked ? 0 : 4 * film.packed_words(pixel_capacity),
-          .sets = config.sum_sets};
+          .sum_buffers = config.sum_buffers};
 }
 
 std::uint64_t WorkBytes::total() const {
   return frame + pixels + state + counts + film_slots + diagnostics + next_path + tallies + queue_rays + queue_hits +
-         queue_shadow + path_log + sets * (sums + rejected + packed);
+         queue_shadow + path_log + sum_buffers * (sums + rejected + packed);
 }
 
 std::uint64_t WorkBytes::largest() const {
@@ -67,7 +67,7 @@ WorkBuffers::WorkBuffers(Device& device, const WavefrontConfig& config, const Wo
   counts = allocate(sizes.counts);
   film_slots = allocate(sizes.film_slots);
   for (std::size_t i = 0; i < sums.size(); ++i) {
-    const bool shares = i >= sizes.sets;
+    const bool shares = i >= sizes.sum_buffers;
     sums[i] = shares ? sums[0] : allocate(sizes.sums);
     rejected[i] = shares ? rejected[0] : allocate(sizes.rejected);
     if (sizes.packed > 0) packed[i] = shares ? packed[0] : allocate(sizes.packed);

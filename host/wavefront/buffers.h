@@ -48,8 +48,8 @@ struct WorkBytes {
   std::size_t frame = 0, pixels = 0, state = 0, counts = 0, film_slots = 0, diagnostics = 0, next_path = 0, tallies = 0;
   std::size_t queue_rays = 0, queue_hits = 0, queue_shadow = 0;
   std::size_t path_log = 0;  // 0: there is none
-  // `sets` times each; packed is 0 where there is none.
-  std::size_t sums = 0, rejected = 0, packed = 0, sets = 1;
+  // `sum_buffers` times each; packed is 0 where there is none.
+  std::size_t sums = 0, rejected = 0, packed = 0, sum_buffers = 1;
   [[nodiscard]] std::uint64_t total() const;
   /// The bytes of the largest buffer.
   [[nodiscard]] std::uint64_t largest() const;

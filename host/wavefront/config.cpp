@@ -62,7 +62,7 @@ WavefrontConfig configure(const DeviceInfo& device, const Execution& execution) 
   config.fused = config.chunked && execution.fused.value_or(true);
   config.workers = config.fused ? std::max(device.compute_units, 1U) : 1;
   const std::string own = own_layout(execution.accel);
-  config.sum_sets = device.cpu ? 1 : 2;
+  config.sum_buffers = device.cpu ? 1 : 2;
   config.layout = !own.empty()                ? own
                   : !execution.layout.empty() ? execution.layout
                   : config.chunked            ? (config.lanes == 16 ? "bvh16" : "bvh8")

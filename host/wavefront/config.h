@@ -32,7 +32,8 @@ struct WavefrontConfig {
   std::uint32_t chunk = 1024;  // paths of a chunk
   std::uint32_t chunks = 1;    // of a unit
   std::uint32_t pixels = 1;    // of a unit, at most
-  std::uint32_t sum_sets = 1;  // 2: a device that reads sums back beside its work writes the next ones at the same time
+  std::uint32_t sum_buffers =
+      1;  // 2: a device that reads sums back beside its work writes the next ones at the same time
   std::string layout = "bvh2";
   /// The most paths of a unit.
   [[nodiscard]] std::uint32_t capacity() const { return chunk * chunks; }

@@ -29,7 +29,7 @@ void UnitInFlight::resize(Device& device, const FilmShape& shape, bool packs) {
   packed.resize(device, packs ? shape.packed_words(frame.pixel_count) : 0);
   diagnostics_words.resize(device, sizeof(Diagnostics) / 4);
   rejected.resize(shape.rejected_words(frame.pixel_count));
-  met.resize(std::size_t{shape.mattes} * frame.path_count);
+  matte_numbers.resize(std::size_t{shape.mattes} * frame.path_count);
 }
 
 UnitResult UnitInFlight::result(const Mattes& mattes) const {
@@ -40,7 +40,7 @@ UnitResult UnitInFlight::result(const Mattes& mattes) const {
                         .limbs = sums,
                         .rejected = rejected,
                         .packed = packed.words(),
-                        .met = met,
+                        .matte_numbers = matte_numbers,
                         .matte_ids = mattes.ids,
                         .splats = lights.splats,
                         .light_paths = lights.count};

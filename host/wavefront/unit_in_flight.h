@@ -21,7 +21,7 @@ struct UnitInFlight {
   TransferWords pixels;               // unit_pixels() of its block
   Diagnostics no_diagnostics{};       // zeros, with which the device's counters begin
   // Memory that the device writes; UnitSums describes the arrays.
-  std::vector<std::uint32_t> sums, rejected, met;
+  std::vector<std::uint32_t> sums, rejected, matte_numbers;
   TransferWords packed;  // instead of `sums`, unless some do not fit
   TransferWords diagnostics_words;
   Diagnostics diagnostics{};         // the same, once the unit has ended

@@ -32,29 +32,29 @@ class UnitShrink {
   /// A unit succeeded.
   void finished() { ++units_; }
   /// True if the device should be opened again for larger units.
-  [[nodiscard]] bool is_over(double now_s) const {
+  [[nodiscard]] bool wants_larger_units(double now_s) const {
     return times_ > 0 && units_ >= wait_ && now_s - since_s_ >= kPays * open_s_;
   }
   /// The device is closed in order to be opened for larger units.
-  void grow() {
+  void enlarge() {
     --times_;
     units_ = 0;
-    grown_ = true;
+    enlarged_ = true;
   }
   /// The device failed, while it was open or when it was to be opened.
   void failed() {
     const bool soon = units_ < wait_;  // after many units their size is not likely to be the cause
-    wait_ = grown_ && soon ? std::min(2 * wait_, kMostWait) : kFirstWait;
+    wait_ = enlarged_ && soon ? std::min(2 * wait_, kMostWait) : kFirstWait;
     if (soon || times_ == 0) ++times_;
     units_ = 0;
-    grown_ = false;
+    enlarged_ = false;
   }
 
  private:
   static constexpr std::uint64_t kFirstWait = 8, kMostWait = std::uint64_t{1} << 32;  // units
   static constexpr double kPays = 20;  // wait this many times as long as opening takes, which then costs 5 % at most
   unsigned times_ = 0;
-  bool grown_ = false;                           // the last change made units larger
+  bool enlarged_ = false;                        // the last change made units larger
   std::uint64_t units_ = 0, wait_ = kFirstWait;  // since it was opened
   double open_s_ = 0, since_s_ = 0;
 };

@@ -266,7 +266,7 @@ struct Wavefront::Impl {
     // last of the large reads.
     device.read_later(work.diagnostics, current.diagnostics_words.words().data(), sizeof current.diagnostics);
     for (std::size_t m = 0; m < sizes.film.mattes; ++m)
-      device.read_later(work.film_slots, &current.met[m * path_count], 4 * path_count,
+      device.read_later(work.film_slots, &current.matte_numbers[m * path_count], 4 * path_count,
                         4 * (sizes.film.channels + m) * std::size_t{frame.film_stride});
     if (packs) {
       current.summed =

@@ -106,7 +106,7 @@ Metadata describe_image(const Prepared& prepared) {
   metadata.numbers["replicates"] = double(1U << settings.replicate_bits);
   metadata.numbers["seed"] = settings.seed;
   metadata.numbers["rouletteDepth"] = settings.roulette_depth;
-  if (settings.roulette > 0) metadata.numbers["roulette"] = double(settings.roulette);
+  if (settings.roulette_survival > 0) metadata.numbers["roulette"] = double(settings.roulette_survival);
   if (settings.energy_compensation) metadata.strings["energyCompensation"] = "on";
   metadata.strings["cull"] = name_of(settings.culling);
   if (settings.merges_caustics) metadata.strings["caustics"] = "merge: biased, less with each sample";

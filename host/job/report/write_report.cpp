@@ -25,7 +25,7 @@ Image with_variance(const Film& film, const Image& shown) {
     plane.reserve(crop.pixel_count());
     std::vector<double> means(crop.width()), variances(crop.width());
     for (std::uint32_t y = crop.y0; y < crop.y1; ++y) {
-      film.row_spread(y, channel, means.data(), variances.data());
+      film.row_means_and_variances(y, channel, means.data(), variances.data());
       for (const double variance : variances) plane.push_back(float(variance));
     }
   }

@@ -196,7 +196,8 @@ class GuidingPilot {
     const double all = std::accumulate(means_.begin(), means_.end(), 0.0) / double(means_.size());
     const auto cost = [&](const PathStatistics& way) {
       double error = 0;
-      for (std::size_t i = first; i < means_.size(); i += step) error += variance(way, i) / error_scale(means_[i], all);
+      for (std::size_t i = first; i < means_.size(); i += step)
+        error += variance(way, i) / pilot_error_scale(means_[i], all);
       return error * way.rays / way.paths;
     };
     const double with = cost(both.with);

@@ -96,7 +96,7 @@ class TrialSums {
     const double all = std::accumulate(means.begin(), means.end(), 0.0) / double(means.size());
     means = smoothed(means, settings_.width);
     std::vector<double> scales(means.size());
-    for (std::size_t i = 0; i < means.size(); ++i) scales[i] = error_scale(means[i], all);
+    for (std::size_t i = 0; i < means.size(); ++i) scales[i] = pilot_error_scale(means[i], all);
     add_splats(scales);
     const double samples = paths_ / double(means.size());
     LightTrial trial{.camera_rays = (rays_ - light_rays_) / paths_,

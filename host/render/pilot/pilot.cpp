@@ -40,15 +40,15 @@ bool wants_guiding(const Features& features, const Settings& settings) {
 }  // namespace
 
 std::uint64_t usual_pilot_paths(const Settings& settings) {
-  if (settings.guiding == Guiding::off || settings.integrator != Integrator::path || settings.roulette > 0 ||
+  if (settings.guiding == Guiding::off || settings.integrator != Integrator::path || settings.roulette_survival > 0 ||
       settings.light_samples > 1 || settings.light_sampling == LightSampling::hemisphere)
     return 0;
   if (pixels_of(settings) < kLeastPixels && settings.guiding != Guiding::on) return 0;
   return std::bit_floor(std::clamp(kPathsPerPixel * pixels_of(settings), kLeastPaths, kMostPilotPaths));
 }
 
-std::uint64_t usual_light_trial_paths(const Settings& settings, bool alone) {
-  if (pixels_of(settings) < kLeastPixels && !alone) return 0;
+std::uint64_t usual_light_trial_paths(const Settings& settings, bool light_paths_needed) {
+  if (pixels_of(settings) < kLeastPixels && !light_paths_needed) return 0;
   return std::bit_floor(std::clamp(pixels_of(settings) / 2, kLeastTrialPaths, kMostTrialPaths));
 }
 

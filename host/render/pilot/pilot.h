@@ -55,9 +55,10 @@ inline constexpr std::uint32_t kMostPilotUnitPaths = 1U << 17;
 [[nodiscard]] std::uint64_t usual_pilot_paths(const Settings& settings);
 /// The number of paths from the camera of the trial of an image's light paths, for
 /// Settings::light_trial_paths; 0: there is none, because the image is small.
-/// alone  light paths find some light that nothing else does (only_light_paths_find_some), so that
-///        too few of them leave a few very bright pixels: small images have a trial, too
-[[nodiscard]] std::uint64_t usual_light_trial_paths(const Settings& settings, bool alone);
+/// light_paths_needed  some light is found by light paths alone (only_light_paths_find_some). Too
+///                     few of them leave a few very bright pixels then, so that small images have a
+///                     trial, too
+[[nodiscard]] std::uint64_t usual_light_trial_paths(const Settings& settings, bool light_paths_needed);
 /// Returns true if there is something in the scene that the pilot of the settings could decide or
 /// guide.
 [[nodiscard]] bool wants_pilot(const Features& features, const Settings& settings);

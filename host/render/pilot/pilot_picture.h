@@ -73,6 +73,6 @@ class PilotPicture {
 /// if they had a tenth of the picture's mean.
 /// mean  of the pixel
 /// all   mean of the whole picture
-[[nodiscard]] inline double error_scale(double mean, double all) { return mean * mean + 0.01 * all * all; }
+[[nodiscard]] inline double pilot_error_scale(double mean, double all) { return mean * mean + 0.01 * all * all; }
 
 }  // namespace eikon

@@ -34,10 +34,10 @@ std::uint32_t splat_capacity(const WavefrontConfig& config) {
 }
 
 /// The numbers first to end - 1, counted through the ranges.
-std::vector<std::uint32_t> numbers_of(std::span<const NumberRange> ranges, std::uint64_t first, std::uint64_t end) {
+std::vector<std::uint32_t> numbers_of(std::span<const LightPathRange> ranges, std::uint64_t first, std::uint64_t end) {
   std::vector<std::uint32_t> numbers;
   std::uint64_t before = 0;
-  for (const NumberRange& range : ranges) {
+  for (const LightPathRange& range : ranges) {
     const std::uint64_t after = before + range.count;
     for (std::uint64_t at = std::max(before, first); at < std::min(after, end); ++at)
       numbers.push_back(range.first + std::uint32_t(at - before));
@@ -68,8 +68,8 @@ LightUnit::Part take_light_part(std::vector<LightUnit::Part>& left, const Wavefr
   return part;
 }
 
-std::vector<NumberRange> light_paths_of(const LightPathPlan& plan, const Crop& block) {
-  std::vector<NumberRange> ranges;
+std::vector<LightPathRange> light_paths_of(const LightPathPlan& plan, const Crop& block) {
+  std::vector<LightPathRange> ranges;
   const std::uint64_t pixels = plan.window.pixel_count();
   for (std::uint32_t y = block.y0; y < block.y1; ++y) {
     const std::uint64_t row = std::uint64_t{y - plan.window.y0} * plan.window.width();
@@ -116,7 +116,7 @@ void LightStages::begin(LightUnit& lights, std::size_t which, const WorkUnit& un
                         const Frame& frame) {
   lights.ranges = light_paths_of(plan, unit.block);
   lights.count = 0;
-  for (const NumberRange& range : lights.ranges) lights.count += range.count;
+  for (const LightPathRange& range : lights.ranges) lights.count += range.count;
   lights.left.clear();
   if (lights.count > 0) lights.left.push_back({0, lights.count, unit.sample_begin, unit.sample_end});
   start(lights, which, EK_OF_LIGHT_PATHS, frame);

@@ -26,18 +26,18 @@ struct LightPathPlan {
 };
 
 /// The numbers first to first + count - 1.
-struct NumberRange {
+struct LightPathRange {
   std::uint32_t first = 0, count = 0;
 };
 /// The numbers of the light paths that the pixels of a block own, in each of the unit's samples: a
 /// range for each row.
-[[nodiscard]] std::vector<NumberRange> light_paths_of(const LightPathPlan& plan, const Crop& block);
+[[nodiscard]] std::vector<LightPathRange> light_paths_of(const LightPathPlan& plan, const Crop& block);
 
 /// The light paths of one unit under way. The memory for splats is limited, and how many splats a
 /// light path leaves is known only when it has been traced. So light paths are traced part by part,
 /// and a part whose splats do not fit is halved and traced again.
 struct LightUnit {
-  std::vector<NumberRange> ranges;             // light_paths_of() the unit's block
+  std::vector<LightPathRange> ranges;          // light_paths_of() the unit's block
   std::uint64_t count = 0;                     // numbers in all ranges: light paths of each of the unit's samples
   std::vector<std::uint32_t> splats;           // so far; SPLAT_WORDS each, all finite and within the film's range
   RayCounts rays;                              // so far

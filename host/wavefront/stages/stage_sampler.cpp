@@ -32,7 +32,7 @@ void StageSampler::bind(const Arguments& arguments) {
   kernels_.bind(own);
 }
 
-std::vector<std::uint32_t> StageSampler::spread(std::span<const std::uint32_t> pixels, std::size_t count) {
+std::vector<std::uint32_t> StageSampler::choose_pixels(std::span<const std::uint32_t> pixels, std::size_t count) {
   std::vector<std::uint32_t> chosen;
   const std::size_t runs = divide_up(count, kRun), there = divide_up(pixels.size(), kRun);
   for (std::size_t run = 0; run < runs && chosen.size() < count; ++run) {
@@ -49,7 +49,7 @@ void StageSampler::before(const Frame& frame, std::span<const std::uint32_t> pix
   const bool due = most >= kLeast && (sampled_ == 0 || (sampled_ + most) * kOfAll <= rendered_ + paths);
   rendered_ += paths;
   if (!due) return;
-  const std::vector<std::uint32_t> chosen = spread(pixels, std::min<std::size_t>(pixels.size(), most));
+  const std::vector<std::uint32_t> chosen = choose_pixels(pixels, std::min<std::size_t>(pixels.size(), most));
   Frame part = frame;
   part.pixel_count = std::uint32_t(chosen.size());
   part.sample_count = std::min(frame.sample_count, std::uint32_t(most / chosen.size()));

@@ -35,7 +35,7 @@ class StageSampler {
 
   /// Chooses the pixels of a sample: runs of 16 neighbours from all over the unit. count: at most
   /// pixels.size()
-  static std::vector<std::uint32_t> spread(std::span<const std::uint32_t> pixels, std::size_t count);
+  static std::vector<std::uint32_t> choose_pixels(std::span<const std::uint32_t> pixels, std::size_t count);
 
  private:
   void run(std::uint32_t path_count);

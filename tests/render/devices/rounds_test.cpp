@@ -52,7 +52,7 @@ TEST(Rounds, film_holds_exactly_the_samples_below_and_seconds_grow) {
   }
   EXPECT_TRUE(same_film(seen.back().film, done.film));
   EXPECT_DOUBLE_EQ(seen.back().seconds, done.report.render_s);
-  EXPECT_EQ(done.report.end, End::all_done);
+  EXPECT_EQ(done.report.end, RenderEnd::all_samples);
 }
 
 // Between the end of one call and the begin of the next no more seconds of rendering can have
@@ -78,7 +78,7 @@ TEST(Rounds, a_round_that_ends_where_it_begins_ends_the_render) {
   const std::atomic<bool> stop{false};
   const RenderOutput done = render(scene, settings, as_tested({}), stop, rounds_to({1, 2}, [](const RoundEnd&) {}));
   EXPECT_EQ(done.report.samples, 2U * 16 * 16);
-  EXPECT_EQ(done.report.end, End::enough);
+  EXPECT_EQ(done.report.end, RenderEnd::target_error);
   EXPECT_FALSE(done.report.interrupted());
 }
 
@@ -107,7 +107,7 @@ TEST(Rounds, the_time_that_was_given_ends_the_render) {
   };
   const std::atomic<bool> stop{false};
   const RenderOutput done = render(scene, settings, as_tested({}), stop, std::move(hooks));
-  EXPECT_EQ(done.report.end, End::out_of_time);
+  EXPECT_EQ(done.report.end, RenderEnd::time_limit);
   EXPECT_GE(host_seconds(), latest_s);
   EXPECT_GE(done.sample_set.sample_count(), 64U * 64);
 }

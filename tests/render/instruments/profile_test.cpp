@@ -228,15 +228,15 @@ TEST(Profile, of_a_long_render_has_a_bounded_timeline_with_all_of_its_time) {
 TEST(StageSampler, takes_neighbours_from_all_over_the_unit) {
   std::vector<std::uint32_t> pixels(1000);
   for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = std::uint32_t(i);
-  const std::vector<std::uint32_t> chosen = StageSampler::spread(pixels, 128);
+  const std::vector<std::uint32_t> chosen = StageSampler::choose_pixels(pixels, 128);
   ASSERT_EQ(chosen.size(), 128U);
   for (std::size_t run = 0; run < 8; ++run) {
     EXPECT_EQ(chosen[16 * run] % 16, 0U);
     EXPECT_EQ(chosen[16 * run] / 125, run) << "an eighth of the unit each";
     for (std::size_t i = 0; i < 16; ++i) EXPECT_EQ(chosen[16 * run + i], chosen[16 * run] + i);
   }
-  EXPECT_EQ(StageSampler::spread(pixels, 1000).size(), 1000U);
-  EXPECT_EQ(StageSampler::spread({pixels.data(), 5}, 5).size(), 5U);
+  EXPECT_EQ(StageSampler::choose_pixels(pixels, 1000).size(), 1000U);
+  EXPECT_EQ(StageSampler::choose_pixels({pixels.data(), 5}, 5).size(), 5U);
 }
 
 }  // namespace

@@ -51,11 +51,11 @@ TEST(Materials, M12_smooth_glass_in_an_even_sky_cannot_be_seen) {
     settings.camera = look_at_camera({0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 0.45);
     settings.environment.radiance = glm::vec3(1);
     // A few paths stay within the facets for hundreds of edges, and roulette would weigh them up.
-    settings.roulette = 1;
+    settings.roulette_survival = 1;
     EXPECT_TRUE(agrees(mean_of(film_of(scene, settings)), 1, 2, 2e-5)) << (solid ? "solid" : "thin");
     settings.max_depth = 24;  // up to which roulette makes weights of 2.3 at most
     const MeanAndError short_paths = mean_of(film_of(scene, settings));
-    settings.roulette = 0;
+    settings.roulette_survival = 0;
     settings.seed = 1;
     EXPECT_TRUE(agree(mean_of(film_of(scene, settings)), short_paths, 2)) << (solid ? "solid" : "thin") << ", roulette";
   }

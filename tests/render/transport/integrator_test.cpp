@@ -81,7 +81,7 @@ TEST(Whitted, sees_nothing_twice_diffuse_and_glass_only_with_two_edges_more) {
 TEST(Roulette, of_one_probability_changes_no_mean) {
   for (const float survival : {0.9F, 0.75F}) {
     Settings settings = settings_for(24, 24, 256);
-    settings.roulette = survival;
+    settings.roulette_survival = survival;
     settings.roulette_depth = 2;
     // Throughput is multiplied by .5^2 / survival in the mean square: the variance is bounded.
     EXPECT_TRUE(agrees(mean_of(film_of(furnace(0.5F, 1), settings)), 2, 2)) << survival;
@@ -93,7 +93,7 @@ TEST(Roulette, of_probability_one_is_none) {
   settings.max_depth = 6;
   settings.roulette_depth = 1000;
   const Film without = film_of(scene, settings);
-  settings.roulette = 1;
+  settings.roulette_survival = 1;
   settings.roulette_depth = 2;
   EXPECT_TRUE(same_bits(without, film_of(scene, settings)));
 }

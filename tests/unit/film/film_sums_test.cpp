@@ -102,7 +102,7 @@ TEST(Film, rows_have_the_bits_of_their_pixels) {
         for (std::uint32_t c = 0; c < 3; ++c) {
           std::vector<double> means(19), variances(19);
           std::vector<float> floats(19);
-          film.row_spread(y, c, means.data(), variances.data());
+          film.row_means_and_variances(y, c, means.data(), variances.data());
           film.row_means(y, c, floats.data());
           for (std::uint32_t x = 0; x < 19; ++x) {
             ASSERT_EQ(means[x], film.mean(x, y, c));

@@ -186,7 +186,7 @@ TEST(Mattes, a_unit_of_many_pixels_and_samples_counts_each_number_once) {
                                                  : std::uint32_t(random() % of_matte.size()));
   const test::UnitBuilder empty(layout, pixels, 8, 8 + kSamples);
   UnitSums unit = empty.sums();
-  unit.met = met;
+  unit.matte_numbers = met;
   unit.matte_ids = ids;
   Film film(layout);
   film.add(unit);

@@ -44,7 +44,7 @@ class FakeRunner : public UnitRunner {
   }
   ~FakeRunner() override { device_.close(); }
   [[nodiscard]] UnitLimits limits() const override { return {capacity_, device_.grain}; }
-  [[nodiscard]] bool needs_its_thread() const override { return device_.beside; }
+  [[nodiscard]] bool adds_sums_beside() const override { return device_.beside; }
   void describe(DeviceReport& report) override { report.device_bytes = capacity_; }
   void begin(const WorkUnit& unit) override { unit_ = unit; }
   UnitResult finish(const Next& next) override {

@@ -16,7 +16,7 @@ TEST(LightStages, every_light_path_belongs_to_one_pixel_of_the_window) {
       for (std::uint32_t y = window.y0; y < window.y1; y += 5)
         for (std::uint32_t x = window.x0; x < window.x1; x += 7) {
           const Crop block{x, y, std::min(x + 7, window.x1), std::min(y + 5, window.y1)};
-          for (const NumberRange& range : light_paths_of({count, window}, block))
+          for (const LightPathRange& range : light_paths_of({count, window}, block))
             for (std::uint32_t i = 0; i < range.count; ++i) all.push_back(range.first + i);
         }
       std::ranges::sort(all);
@@ -30,7 +30,7 @@ TEST(LightStages, blocks_of_equal_size_have_equal_shares) {
   const LightPathPlan plan{64 * 36 / 16, {0, 0, 64, 36}};
   for (std::uint32_t x = 0; x < 64; x += 16) {
     std::uint32_t count = 0;
-    for (const NumberRange& range : light_paths_of(plan, {x, 0, x + 16, 36})) count += range.count;
+    for (const LightPathRange& range : light_paths_of(plan, {x, 0, x + 16, 36})) count += range.count;
     EXPECT_EQ(count, 36U) << x;
   }
 }

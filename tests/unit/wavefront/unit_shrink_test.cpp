@@ -28,7 +28,7 @@ Course drive(UnitShrink& shrink, int units, const Fails& fails) {
     }
     shrink.finished();
     course.full += shrink.times() == 0 ? 1 : 0;
-    if (shrink.is_over(now_s)) shrink.grow(), open = false;
+    if (shrink.wants_larger_units(now_s)) shrink.enlarge(), open = false;
   }
   return course;
 }
@@ -71,8 +71,8 @@ TEST(UnitShrink, what_cannot_be_opened_is_tried_ever_more_rarely) {
       continue;
     }
     shrink.opened(now_s, now_s);
-    while (!shrink.is_over(now_s) && unit < 10000) shrink.finished(), ++unit;
-    if (unit < 10000) shrink.grow();
+    while (!shrink.wants_larger_units(now_s) && unit < 10000) shrink.finished(), ++unit;
+    if (unit < 10000) shrink.enlarge();
   }
   EXPECT_LE(failures, 11);  // 8 + 16 + 32 + ... units lie between them
   EXPECT_GE(failures, 10);
@@ -84,8 +84,8 @@ TEST(UnitShrink, opening_it_again_takes_a_small_part_of_the_time) {
   shrink.failed();
   shrink.opened(2, 3);  // a second, for units of a millisecond
   for (int i = 0; i < 1000; ++i) shrink.finished();
-  EXPECT_FALSE(shrink.is_over(4));
-  EXPECT_TRUE(shrink.is_over(23));
+  EXPECT_FALSE(shrink.wants_larger_units(4));
+  EXPECT_TRUE(shrink.wants_larger_units(23));
 }
 
 }  // namespace
