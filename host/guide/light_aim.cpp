@@ -10,7 +10,7 @@
 namespace eikon {
 namespace {
 
-constexpr float kMostWeight = 0x1p40F, kMostGain = 0x1p20F;
+constexpr float kMostWeight = 0x1p40F, kMostFactor = 0x1p20F;
 
 std::size_t first_word(std::uint32_t cell) { return std::size_t{cell} * EK_GUIDE_CELL_WORDS; }
 
@@ -35,11 +35,12 @@ bool LightAim::is_sound() const {
         !is_within(std::bit_cast<float>(words[first + AIM_weight]), kMostWeight))
       return false;
   return std::ranges::all_of(
-      gain, [](float g) { return is_within(g, kMostGain) && std::exp2(std::rint(std::log2(g))) == g; });
+      density_factor, [](float f) { return is_within(f, kMostFactor) && std::exp2(std::rint(std::log2(f))) == f; });
 }
 
-LightAim make_light_aim(std::span<const AimedTarget> targets, std::array<float, kAimKinds> gain) {
-  LightAim aim{.words = std::vector<std::uint32_t>((targets.size() + 1) * EK_GUIDE_CELL_WORDS), .gain = gain};
+LightAim make_light_aim(std::span<const AimedTarget> targets, std::array<float, kAimKinds> density_factor) {
+  LightAim aim{.words = std::vector<std::uint32_t>((targets.size() + 1) * EK_GUIDE_CELL_WORDS),
+               .density_factor = density_factor};
   aim.words[AIM_flags] = EK_AIM_LEARNED;
   for (std::size_t i = 0; i < targets.size(); ++i)
     std::ranges::copy(words_of({.target = targets[i].bins, .indirect = targets[i].weight}),

@@ -228,7 +228,7 @@ void upload_light_aim(Device& device, const PackedScene& scene, LightAimBuffers&
   }
   if (buffers.aim->is_learned() && buffers.aim->target_count() != scene.light_targets.size())
     throw InternalError("the aim of light paths is of a scene with other targets");
-  const auto [of_cones, of_discs] = buffers.aim->gain;
+  const auto [of_cones, of_discs] = buffers.aim->density_factor;
   buffers.emission_aim = scene.emission_aim;
   for (float& density : buffers.emission_aim) density = aim_within_bounds(density * of_cones);
   buffers.emission_aim.front() = scene.emission_aim.front() * of_discs;

@@ -99,7 +99,7 @@ void upload_guide(Device& device, const GuideTable& guide, Arguments& arguments)
 /// The buffers of what a trial learned about the starts of light paths.
 struct LightAimBuffers {
   std::shared_ptr<const LightAim> aim;  // null: they start evenly
-  std::vector<float> emission_aim;      // of the scene, times the gains; empty without `aim`
+  std::vector<float> emission_aim;      // of the scene, times the density factors; empty without `aim`
 };
 /// Makes them, beside those of the scene. `buffers` must live as long as they, and at its place.
 /// throws DeviceError; InternalError if something else is aimed at in the scene

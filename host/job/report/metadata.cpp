@@ -149,10 +149,10 @@ Metadata describe_render(const Prepared& prepared, const RenderOutput& done, con
   add_sample_counts(metadata, done.film, done.sample_set, done.arithmetic);
   add_error(metadata, error);
   metadata.strings["features"] = report.features;
-  if (report.pilot.paths > 0) {
+  if (report.pilot.guiding_paths > 0) {
     metadata.strings["guiding"] =
-        report.pilot.roulette_depth == 0 ? "off" : fmt::format("{:016x}", report.pilot.digest);
-    metadata.numbers["guidingGain"] = report.pilot.gain;
+        report.pilot.roulette_depth == 0 ? "off" : fmt::format("{:016x}", report.pilot.guiding_digest);
+    metadata.numbers["guidingGain"] = report.pilot.guiding_gain;
   }
   if (report.pilot.light_aim_gain > 0) metadata.numbers["lightAimGain"] = report.pilot.light_aim_gain;
   if (report.pilot.light_trial_paths > 0) metadata.numbers["lightPaths"] = double(report.pilot.light_path_count);

@@ -27,7 +27,7 @@ std::string in_words(const PilotReport& pilot, const Settings& settings) {
   const auto times = [](double gain) {
     return fmt::format("{:.2f} times less error for as many rays, it predicts", gain);
   };
-  std::string text = fmt::format("pilot: {} paths{}", pilot.paths + pilot.light_trial_paths,
+  std::string text = fmt::format("pilot: {} paths{}", pilot.guiding_paths + pilot.light_trial_paths,
                                  pilot.loaded ? ", made before" : fmt::format(" in {:.2f} s", pilot.seconds));
   if (pilot.light_trial_paths > 0 && pilot.light_path_count == 0)
     text += settings.merges_caustics ? "; light paths as few as merging needs, as more would not pay"
@@ -36,9 +36,9 @@ std::string in_words(const PilotReport& pilot, const Settings& settings) {
     text += fmt::format("; {} light paths of each sample{} ({})", pilot.light_path_count,
                         pilot.light_aim_gain > 0 ? ", aimed by what it learned" : "",
                         pilot.light_path_gain > 0 ? times(pilot.light_path_gain) : "only they find some of the light");
-  if (pilot.paths > 0)
+  if (pilot.guiding_paths > 0)
     text += fmt::format("; {} ({})", pilot.roulette_depth == 0 ? "paths are not guided" : "paths are guided",
-                        times(pilot.gain));
+                        times(pilot.guiding_gain));
   return text;
 }
 

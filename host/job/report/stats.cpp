@@ -97,11 +97,11 @@ json events_json(const std::vector<DeviceEvent>& events) {
 
 json pilot_json(const PilotReport& pilot) {
   if (!pilot.exists()) return nullptr;
-  return {{"paths", pilot.paths},
-          {"cells", pilot.cells},
+  return {{"paths", pilot.guiding_paths},
+          {"cells", pilot.guiding_cells},
           {"seconds", pilot.seconds},
           {"loaded", pilot.loaded},
-          {"gain", pilot.gain},
+          {"gain", pilot.guiding_gain},
           {"roulette_depth", pilot.roulette_depth},
           {"light_trial_paths", pilot.light_trial_paths},
           {"light_path_count", pilot.light_path_count},

@@ -78,7 +78,7 @@ LightAim AimLearner::learned_from(const Squares& squares) const {
     denser[kind] += amount * aim.density(std::uint32_t(start));
   }
   for (std::size_t kind = 0; kind < kAimKinds; ++kind)
-    if (plain[kind] > 0) aim.gain[kind] = power_of_two_near(denser[kind] / plain[kind]);
+    if (plain[kind] > 0) aim.density_factor[kind] = power_of_two_near(denser[kind] / plain[kind]);
   return aim;
 }
 

@@ -228,16 +228,16 @@ class GuidingPilot {
   }
 
   void report(const GuideTable& table, double gain, Pilot& pilot) const {
-    pilot.report.paths = paths_;
-    pilot.report.cells = table.cell_count();
-    pilot.report.gain = gain;
+    pilot.report.guiding_paths = paths_;
+    pilot.report.guiding_cells = table.cell_count();
+    pilot.report.guiding_gain = gain;
   }
 
   void decide(GuideTable table, const BothWays& both, Guiding guiding, Pilot& pilot) const {
     report(table, least_gain(both), pilot);
-    if (guiding != Guiding::on && pilot.report.gain < kLeastGain) return;
+    if (guiding != Guiding::on && pilot.report.guiding_gain < kLeastGain) return;
     table.roulette_depth = pilot.report.roulette_depth = kRouletteDepth;
-    pilot.report.digest = table.digest();
+    pilot.report.guiding_digest = table.digest();
     pilot.table = std::make_shared<const GuideTable>(std::move(table));
   }
 

@@ -28,13 +28,14 @@ struct PilotReport {
   double light_aim_gain = 0;   // of even starts, over that with those that were learned (LightAim); 0: they are even
 
   // Path guiding (guiding_pilot.h).
-  std::uint64_t paths = 0;  // traced to learn the table, with the 4 of each pixel before that; 0: nothing was learned
-  std::uint64_t cells = 0;           // cells of that table
+  std::uint64_t guiding_paths =
+      0;  // traced to learn the table, with the 4 of each pixel before that; 0: nothing was learned
+  std::uint64_t guiding_cells = 0;  // cells of that table
   // Error times rays without guiding over that with it; 1 where there is nothing to learn.
-  double gain = 0;
+  double guiding_gain = 0;
   std::uint32_t roulette_depth = 0;  // GuideTable::roulette_depth; 0: paths are not guided
-  std::uint64_t digest = 0;          // GuideTable::digest()
-  [[nodiscard]] bool exists() const { return paths > 0 || light_trial_paths > 0; }
+  std::uint64_t guiding_digest = 0;  // GuideTable::digest()
+  [[nodiscard]] bool exists() const { return guiding_paths > 0 || light_trial_paths > 0; }
 };
 
 /// Holds what a pilot has learned and decided; apply() brings it into a render.

@@ -25,7 +25,7 @@ static_assert(std::endian::native == std::endian::little, "words of the table wo
 constexpr std::string_view kName = "eikon pilot ";
 constexpr std::string_view kFirstLine = "eikon pilot 3\n";
 constexpr std::string_view kSetting = "setting ";
-constexpr std::array<const char*, kAimKinds> kAimGain = {"gain of cones", "gain of discs"};
+constexpr std::array<const char*, kAimKinds> kAimDensityFactor = {"gain of cones", "gain of discs"};  // in the file
 constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 30;
 constexpr std::size_t kMostWords = kMostBytes / sizeof(std::uint32_t);
 
@@ -78,17 +78,17 @@ Pilot pilot_of(const Figures& figures, std::string_view table_bytes) {
   PilotReport& report = pilot.report;
   report.loaded = true;
   report.arithmetic = figures.text("arithmetic");
-  report.paths = figures.number<std::uint64_t>("paths", std::numeric_limits<std::uint64_t>::max());
-  report.cells = figures.number<std::uint64_t>("cells", kMostWords);
-  report.gain = figures.number<double>("gain", kAny);
+  report.guiding_paths = figures.number<std::uint64_t>("paths", std::numeric_limits<std::uint64_t>::max());
+  report.guiding_cells = figures.number<std::uint64_t>("cells", kMostWords);
+  report.guiding_gain = figures.number<double>("gain", kAny);
   report.roulette_depth = figures.number<std::uint32_t>("roulette depth", 2);
   report.light_trial_paths = figures.number<std::uint64_t>("paths of the trial of light paths", std::uint64_t{1} << 48);
   report.light_path_count = figures.number<std::uint64_t>("light paths of each sample", std::uint64_t{1} << 31);
   report.light_path_gain = figures.number<double>("gain by light paths", kAny);
   report.light_aim_gain = figures.number<double>("gain by aim", kAny);
   LightAim aim;
-  for (std::size_t kind = 0; kind < aim.gain.size(); ++kind)
-    aim.gain[kind] = figures.number<float>(kAimGain[kind], std::numeric_limits<float>::max());
+  for (std::size_t kind = 0; kind < aim.density_factor.size(); ++kind)
+    aim.density_factor[kind] = figures.number<float>(kAimDensityFactor[kind], std::numeric_limits<float>::max());
   aim.words = take(table_bytes, figures.number<std::size_t>("words of aim", kMostWords));
   if (!aim.words.empty()) {
     if (!aim.is_sound()) refuse_damaged();
@@ -102,7 +102,7 @@ Pilot pilot_of(const Figures& figures, std::string_view table_bytes) {
   if (!table_bytes.empty()) refuse_damaged();
   if (report.roulette_depth == 0) return pilot;
   if (!table.is_sound()) refuse_damaged();
-  report.digest = table.digest();
+  report.guiding_digest = table.digest();
   pilot.table = std::make_shared<const GuideTable>(std::move(table));
   return pilot;
 }
@@ -125,14 +125,14 @@ std::string to_bytes(const Pilot& pilot, const std::vector<ImageSetting>& settin
   std::string bytes(kFirstLine);
   for (const ImageSetting& setting : settings)
     bytes += fmt::format("{}{}: {}\n", kSetting, setting.name, setting.value);
-  bytes += fmt::format("arithmetic: {}\npaths: {}\ncells: {}\ngain: {}\n", report.arithmetic, report.paths,
-                       report.cells, report.gain);
+  bytes += fmt::format("arithmetic: {}\npaths: {}\ncells: {}\ngain: {}\n", report.arithmetic, report.guiding_paths,
+                       report.guiding_cells, report.guiding_gain);
   bytes +=
       fmt::format("paths of the trial of light paths: {}\nlight paths of each sample: {}\ngain by light paths: {}\n",
                   report.light_trial_paths, report.light_path_count, report.light_path_gain);
   bytes += fmt::format("gain by aim: {}\n", report.light_aim_gain);
-  for (std::size_t kind = 0; kind < aim.gain.size(); ++kind)
-    bytes += fmt::format("{}: {}\n", kAimGain[kind], aim.gain[kind]);
+  for (std::size_t kind = 0; kind < aim.density_factor.size(); ++kind)
+    bytes += fmt::format("{}: {}\n", kAimDensityFactor[kind], aim.density_factor[kind]);
   bytes += fmt::format("words of aim: {}\nroulette depth: {}\nscale: {}\nwords of slots: {}\nwords of cells: {}\n\n",
                        aim.words.size(), report.roulette_depth, table.scale, table.slots.size(), table.cells.size());
   append(bytes, aim.words);

@@ -134,7 +134,7 @@ TEST(Guiding, rough_metal_finds_the_window_and_keeps_the_mean) {
   settings.guiding = Guiding::on;
   settings.seed = 1;
   const RenderOutput guided = output_of(scene, settings);
-  EXPECT_GT(guided.report.pilot.cells, 0U) << "no table was learned for metal";
+  EXPECT_GT(guided.report.pilot.guiding_cells, 0U) << "no table was learned for metal";
   EXPECT_TRUE(agree(mean_of(guided.film), mean_of(plain), 1));
   const double gain = plain.predicted_error().relmse / guided.film.predicted_error().relmse;
   EXPECT_GT(gain, 1.15) << "times less error than without guiding";
@@ -227,7 +227,7 @@ TEST(Guiding, lamps_seen_through_glass_keep_the_mean) {
   settings.seed = 1;
   settings.guiding = Guiding::automatic;
   const RenderOutput asked_nothing = output_of(scene, settings);
-  EXPECT_EQ(asked_nothing.report.pilot.paths, 0U) << "a pilot cannot judge caustics";
+  EXPECT_EQ(asked_nothing.report.pilot.guiding_paths, 0U) << "a pilot cannot judge caustics";
   settings.guiding = Guiding::on;
   const RenderOutput guided = output_of(scene, settings);
   EXPECT_GT(guided.report.pilot.roulette_depth, 0U);
@@ -242,12 +242,12 @@ TEST(Guiding, a_square_light_over_a_floor_is_left_alone) {
     Settings settings = settings_of(scene, 96, 1);
     settings.pilot_paths = paths;
     settings.guiding = Guiding::on;
-    EXPECT_GT(output_of(scene, settings).report.pilot.paths, paths / 2) << "asked for a table";
+    EXPECT_GT(output_of(scene, settings).report.pilot.guiding_paths, paths / 2) << "asked for a table";
     settings.guiding = Guiding::automatic;
     const PilotReport pilot = output_of(scene, settings).report.pilot;
-    EXPECT_GT(pilot.paths, 0U);
-    EXPECT_LT(pilot.paths, paths / 8);
-    EXPECT_EQ(pilot.gain, 1);
+    EXPECT_GT(pilot.guiding_paths, 0U);
+    EXPECT_LT(pilot.guiding_paths, paths / 8);
+    EXPECT_EQ(pilot.guiding_gain, 1);
     EXPECT_EQ(pilot.roulette_depth, 0U);
   }
 }
@@ -267,7 +267,7 @@ TEST(Guiding, a_pilot_goes_on_where_a_surface_lights_another) {
     settings.camera = look_at_camera({0, 1, 2}, {0, 0, 0}, {0, 1, 0}, 0.7);
     settings.guiding = Guiding::automatic;
     settings.pilot_paths = 1U << 15;
-    const std::uint64_t paths = output_of(scene, settings).report.pilot.paths;
+    const std::uint64_t paths = output_of(scene, settings).report.pilot.guiding_paths;
     EXPECT_EQ(paths < settings.pilot_paths / 2, !has_wall) << paths;
   }
 }
@@ -280,9 +280,9 @@ TEST(Guiding, a_large_pilot_that_leads_nowhere_gives_up) {
     settings.pilot_paths = wanted;
     return output_of(scene, settings).report.pilot;
   };
-  EXPECT_LT(pilot_of("walking_figure.gltf", 1U << 17, Guiding::automatic).paths, 1U << 16);
-  EXPECT_GT(pilot_of("walking_figure.gltf", 1U << 17, Guiding::on).paths, 1U << 16) << "asked for a table";
-  EXPECT_GT(pilot_of("walking_figure.gltf", 1U << 15, Guiding::automatic).paths, 1U << 14) << "too few to tell early";
+  EXPECT_LT(pilot_of("walking_figure.gltf", 1U << 17, Guiding::automatic).guiding_paths, 1U << 16);
+  EXPECT_GT(pilot_of("walking_figure.gltf", 1U << 17, Guiding::on).guiding_paths, 1U << 16) << "asked for a table";
+  EXPECT_GT(pilot_of("walking_figure.gltf", 1U << 15, Guiding::automatic).guiding_paths, 1U << 14) << "too few to tell early";
   EXPECT_GT(pilot_of("window_room.gltf", 1U << 17, Guiding::automatic).roulette_depth, 0U) << "leads to the window";
 }
 

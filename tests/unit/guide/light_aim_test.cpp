@@ -47,10 +47,10 @@ TEST(LightAimTables, that_would_lead_kernels_astray_are_not_sound) {
   for (const float weight :
        {0.0F, -1.0F, 1e30F, std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()})
     EXPECT_FALSE(changed(second + AIM_weight, std::bit_cast<std::uint32_t>(weight))) << weight;
-  for (const float gain : {0.0F, 3.0F, -2.0F, 0x1p60F, std::numeric_limits<float>::quiet_NaN()}) {
+  for (const float factor : {0.0F, 3.0F, -2.0F, 0x1p60F, std::numeric_limits<float>::quiet_NaN()}) {
     LightAim aim = some_aim();
-    aim.gain[1] = gain;
-    EXPECT_FALSE(aim.is_sound()) << gain;
+    aim.density_factor[1] = factor;
+    EXPECT_FALSE(aim.is_sound()) << factor;
   }
   LightAim cut = some_aim();
   cut.words.pop_back();

@@ -60,8 +60,8 @@ TEST(AimLearner, finds_the_few_starts_that_bring_light) {
   const double gain = true_gain(first, mean_square_of_seldom);
   EXPECT_GT(gain, 8);
   EXPECT_NEAR(learner.gain(), gain, 0.15 * gain) << "what it says of itself";
-  EXPECT_GE(first.gain[EK_AIM_DISC], 8);
-  EXPECT_EQ(first.gain[EK_AIM_CONE], 1) << "nothing started there";
+  EXPECT_GE(first.density_factor[EK_AIM_DISC], 8);
+  EXPECT_EQ(first.density_factor[EK_AIM_CONE], 1) << "nothing started there";
   // The weights leave the sum of all shares as it is.
   double sum = 0;
   for (std::uint32_t start = 0; start < EK_AIM_START(2, 0, 0); ++start)

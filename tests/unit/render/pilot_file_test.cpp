@@ -37,8 +37,8 @@ Pilot some_pilot() {
   GuideTable table = make_guide_table(cells, 0.37F);
   table.roulette_depth = 1;
   Pilot pilot;
-  pilot.report = {.paths = 32768, .cells = 50, .gain = 3.0 / 7, .roulette_depth = 1};
-  pilot.report.digest = table.digest();
+  pilot.report = {.guiding_paths = 32768, .guiding_cells = 50, .guiding_gain = 3.0 / 7, .roulette_depth = 1};
+  pilot.report.guiding_digest = table.digest();
   pilot.report.arithmetic = "other-12345678";
   pilot.report.light_trial_paths = 16384, pilot.report.light_path_count = 31, pilot.report.light_path_gain = 17.0 / 3;
   pilot.table = std::make_shared<const GuideTable>(std::move(table));
@@ -66,18 +66,18 @@ TEST(PilotFile, comes_back_whole) {
   const Pilot pilot = some_pilot();
   write_pilot(folder / "pilot", pilot, settings_of());
   const Pilot found = read_pilot(folder / "pilot", settings_of());
-  EXPECT_EQ(found.report.digest, pilot.report.digest);
+  EXPECT_EQ(found.report.guiding_digest, pilot.report.guiding_digest);
   EXPECT_EQ(found.table->digest(), pilot.table->digest());
-  EXPECT_EQ(found.report.paths, 32768U);
-  EXPECT_EQ(found.report.cells, 50U);
-  EXPECT_EQ(found.report.gain, 3.0 / 7);
+  EXPECT_EQ(found.report.guiding_paths, 32768U);
+  EXPECT_EQ(found.report.guiding_cells, 50U);
+  EXPECT_EQ(found.report.guiding_gain, 3.0 / 7);
   EXPECT_EQ(found.report.roulette_depth, 1U);
   EXPECT_EQ(found.report.light_trial_paths, 16384U);
   EXPECT_EQ(found.report.light_path_count, 31U);
   EXPECT_EQ(found.report.light_path_gain, 17.0 / 3);
   EXPECT_EQ(found.report.light_aim_gain, 13.0 / 11);
   EXPECT_EQ(found.light_aim->words, pilot.light_aim->words);
-  EXPECT_EQ(found.light_aim->gain, pilot.light_aim->gain);
+  EXPECT_EQ(found.light_aim->density_factor, pilot.light_aim->density_factor);
   EXPECT_EQ(found.report.arithmetic, "other-12345678");
   EXPECT_TRUE(found.report.loaded);
   EXPECT_EQ(folder.file_count(), 1U) << "a temporary file is left";
@@ -89,7 +89,7 @@ TEST(PilotFile, a_decision_not_to_guide_comes_back) {
   pilot.report.roulette_depth = 0;
   const Pilot found = parse_pilot(to_bytes(pilot, settings_of()), settings_of());
   EXPECT_EQ(found.table, nullptr);
-  EXPECT_EQ(found.report.gain, 3.0 / 7);
+  EXPECT_EQ(found.report.guiding_gain, 3.0 / 7);
 }
 
 TEST(PilotFile, samples_do_not_decide_it_and_other_settings_do) {
