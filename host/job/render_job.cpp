@@ -310,7 +310,7 @@ void RenderJob::write_files(bool elsewhere) {
     log_(fmt::format("arithmetic {}: other devices may give other bits; see `eikon selftest`",
                      fmt::join(done_->arithmetic, ", ")));
   if (const std::uint64_t all = rejected_samples(); all > 0) log_(rejected_line(report(), all));
-  if (report().given_up > 0) log_(given_up_line(*prepared_.scene, report()));
+  if (report().search_failures > 0) log_(search_failures_line(*prepared_.scene, report()));
   if (is_black(done_->film))
     log_("the picture is black all over: nothing that the camera sees gives or gets light; choose another view with "
          "--camera or --look-at, or light with --env neutral, FILE or R,G,B");

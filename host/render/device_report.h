@@ -22,10 +22,10 @@ struct RenderTotals {
   double render_s = 0;        // duration of rendering, without the time between rounds
   RayCounts rays;
   // Rays that ended their search for an implicit surface after too many steps, and passed through.
-  std::uint64_t given_up = 0;
+  std::uint64_t search_failures = 0;
   // The surfaces of these rays. Bit i stands for Scene::shapes[i], and bit 31 for shapes[31] and
   // all behind it.
-  std::uint32_t given_up_surfaces = 0;
+  std::uint32_t search_failure_surfaces = 0;
   std::uint64_t nonfinite = 0, saturated = 0;  // as UnitResult has them
   std::vector<PixelSample> rejected;           // the first few samples that were left out of the film
 };

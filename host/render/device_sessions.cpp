@@ -163,8 +163,8 @@ void DeviceSessions::count_unit(std::size_t device, const WorkUnit& unit, const 
   totals_.samples += unit.path_count();
   totals_.render_s = rendered_before_s_ + now_s - range_begin_s_;
   totals_.rays += result.rays;
-  totals_.given_up += result.given_up;
-  totals_.given_up_surfaces |= result.given_up_surfaces;
+  totals_.search_failures += result.search_failures;
+  totals_.search_failure_surfaces |= result.search_failure_surfaces;
   totals_.nonfinite += result.nonfinite;
   totals_.saturated += result.saturated;
   for (const PixelSample& sample : result.rejected)

@@ -10,8 +10,8 @@ UnitResult unit_result(const UnitSums& sums, const RayCounts& rays, const Diagno
   UnitResult result{.sums = sums,
                     .rays = rays,
                     .light_rays = {},
-                    .given_up = diagnostics.given_up,
-                    .given_up_surfaces = diagnostics.given_up_surfaces,
+                    .search_failures = diagnostics.given_up,
+                    .search_failure_surfaces = diagnostics.given_up_surfaces,
                     .nonfinite = diagnostics.nonfinite,
                     .saturated = diagnostics.saturated,
                     .rejected = {}};

@@ -29,8 +29,8 @@ struct UnitResult {
   UnitSums sums;
   RayCounts rays;                       // of all rays
   RayCounts light_rays;                 // of the rays of light paths, which `rays` includes
-  std::uint64_t given_up = 0;           // rays that exceeded the steps allowed in implicit surfaces
-  std::uint32_t given_up_surfaces = 0;  // the surfaces in which that happened, as RenderTotals has them
+  std::uint64_t search_failures = 0;    // rays that exceeded the steps allowed in implicit surfaces
+  std::uint32_t search_failure_surfaces = 0;  // the surfaces in which that happened, as RenderTotals has them
   std::uint64_t nonfinite = 0;          // samples and splats that were left out because they are NaN or infinite
   std::uint64_t saturated = 0;          // and those because they are beyond the film's range
   std::vector<PixelSample> rejected;    // the first few of both, without splats

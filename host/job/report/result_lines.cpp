@@ -54,17 +54,17 @@ std::string rejected_line(const RenderReport& report, std::uint64_t all) {
   return line;
 }
 
-std::string given_up_line(const Scene& scene, const RenderReport& report) {
+std::string search_failures_line(const Scene& scene, const RenderReport& report) {
   std::string names;
   for (std::size_t i = 0; i < std::min<std::size_t>(scene.shapes.size(), 31); ++i)
-    if ((report.given_up_surfaces >> i & 1U) != 0)
+    if ((report.search_failure_surfaces >> i & 1U) != 0)
       names += (names.empty() ? "" : ", ") + in_quotes(scene.shapes[i].name);
-  if ((report.given_up_surfaces >> 31U) != 0) names += names.empty() ? "by formula" : " and others";
+  if ((report.search_failure_surfaces >> 31U) != 0) names += names.empty() ? "by formula" : " and others";
   return fmt::format(
       "{} rays gave up the search for surface {} after {} steps, and went on as if it were not there; tighten its "
       "bounds, or "
       "write its formula with fewer occurrences of x, y and z",
-      report.given_up, names, EK_IMPLICIT_STEPS);
+      report.search_failures, names, EK_IMPLICIT_STEPS);
 }
 
 double per_second(double count, double seconds) { return seconds > 0 ? count / seconds : 0; }

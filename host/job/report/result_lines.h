@@ -22,7 +22,7 @@ namespace eikon {
 /// all  the rejected samples of this run and of the runs before it, by the film's counts
 [[nodiscard]] std::string rejected_line(const RenderReport& report, std::uint64_t all);
 /// "12 rays gave up the search for surface 'gyroid' after 4096 steps, ..."
-[[nodiscard]] std::string given_up_line(const Scene& scene, const RenderReport& report);
+[[nodiscard]] std::string search_failures_line(const Scene& scene, const RenderReport& report);
 
 /// count / seconds, or 0 when no time has passed.
 [[nodiscard]] double per_second(double count, double seconds);

@@ -181,7 +181,7 @@ json stats_json(const RenderOutput& done, const PredictedError& error, const Pre
       {"rejected_samples", report.nonfinite + report.saturated},
       {"rays", rays_json(report.rays)},
       {"rays_per_second", per_second(double(report.rays.total()), report.render_s)},
-      {"implicit_search_failures", report.given_up},
+      {"implicit_search_failures", report.search_failures},
       {"relmse_predicted", error.known ? json(error.relmse) : json(nullptr)},
       {"relmse_interval",
        error.known ? json({error.lo, std::isfinite(error.hi) ? json(error.hi) : json(nullptr)}) : json(nullptr)},

@@ -141,13 +141,13 @@ TEST(ImplicitSurface, which_rays_give_up_hangs_on_rays_alone) {
     RenderOutput output = output_of(scene, settings, way);
     if (!first) {
       first = std::move(output);
-      EXPECT_GT(first->report.given_up, 100U);
-      EXPECT_EQ(first->report.given_up_surfaces, 1U);
+      EXPECT_GT(first->report.search_failures, 100U);
+      EXPECT_EQ(first->report.search_failure_surfaces, 1U);
       continue;
     }
-    EXPECT_EQ(output.report.given_up, first->report.given_up)
+    EXPECT_EQ(output.report.search_failures, first->report.search_failures)
         << way.accel << " " << way.layout << ", " << way.lanes.value_or(0) << " lanes";
-    EXPECT_EQ(output.report.given_up_surfaces, 1U);
+    EXPECT_EQ(output.report.search_failure_surfaces, 1U);
     expect_same(output.film, first->film, way.accel + " " + way.layout);
   }
 }
@@ -171,7 +171,7 @@ TEST(ImplicitSurface, what_is_given_up_behind_something_that_moves_does_not_coun
   settings.camera = look_at_camera({0.3, 1, 4}, {0, 0, 0}, {0, 1, 0}, 0.9);
   std::optional<std::uint64_t> count;
   for (const Execution& way : each_way_to_trace()) {
-    const std::uint64_t found = output_of(scene, settings, way).report.given_up;
+    const std::uint64_t found = output_of(scene, settings, way).report.search_failures;
     if (!count) {
       EXPECT_GT(found, 100U);
     }
