@@ -23,7 +23,7 @@ ArithmeticClass Wavefront::arithmetic() const { return impl_->arithmetic; }
 double Wavefront::upload_s() const { return impl_->upload_s; }
 std::uint64_t Wavefront::device_bytes() const {
   return impl_->scene_bytes + impl_->texel_bytes + impl_->work.bytes +
-         (impl_->traces_lights ? LightStages::bytes(impl_->config) : 0) + impl_->photons.bytes();
+         (impl_->has_light_stages ? LightStages::bytes(impl_->config) : 0) + impl_->photons.bytes();
 }
 const Bounces& Wavefront::bounces() const { return impl_->counters.bounces(); }
 void Wavefront::restart(const Settings& settings, const Execution& execution) { impl_->restart(settings, execution); }
@@ -34,7 +34,7 @@ void Wavefront::change_scene(const PackedScene& scene, const Features& features,
                              const Execution& execution) {
   impl_->change_scene(scene, features, settings, execution);
 }
-void Wavefront::trace_light_paths(bool on) { impl_->lights_on = on; }
+void Wavefront::trace_light_paths(bool on) { impl_->light_paths_enabled = on; }
 void Wavefront::set_guide(std::shared_ptr<const GuideTable> guide) { impl_->set_guide(std::move(guide)); }
 PathLog Wavefront::path_log() {
   Impl& w = *impl_;
@@ -58,6 +58,7 @@ ReplayedSample Wavefront::replay(std::uint32_t x, std::uint32_t y, std::uint64_t
   if (w.config.fused) throw InternalError("a path can be replayed only where each stage has a launch of its own");
   const auto number = [&](auto... of) { return std::bit_cast<float>(w.path_word(of...)); };
   const auto vector = [&](const char* field) { return glm::vec3(number(field), number(field, 1U), number(field, 2U)); };
+  w.depths.replays_one_path = true;
   w.depths.after_intersect = [&](std::uint32_t depth) {
     report({depth, glm::vec3(glm::dvec3(vector("origin")) + w.scene->origin), vector("dir"), vector("beta"),
             number("hit_t"), w.path_word("hit_triangle")});
@@ -65,11 +66,12 @@ ReplayedSample Wavefront::replay(std::uint32_t x, std::uint32_t y, std::uint64_t
   const WorkUnit unit{{x, y, x + 1, y + 1}, sample, sample + 1};
   w.begin(unit);
   (void)w.finish();
+  w.depths.replays_one_path = false;
   w.depths.after_intersect = nullptr;
   ReplayedSample result;
   for (int c = 0; c < 3; ++c)
     w.device.read(w.work.film_slots, &result.radiance[c], sizeof(float), 4 * std::size_t(c) * w.frame.film_stride);
-  if (!w.traces_lights) return result;
+  if (!w.has_light_stages) return result;
   w.begin(unit);  // again, with its light paths
   (void)w.finish();
   result.splats = replayed_splats(w.last_unit().lights.splats, w.light_paths.count);

@@ -41,8 +41,8 @@ struct Wavefront::Impl {
   std::vector<float> filter, camera_poses;
   WorkBufferSizes sizes;
   LightPathPlan light_paths;
-  bool traces_lights = false;  // the program has the stages of light paths
-  bool lights_on = true;       // units have light paths, if the program can trace them
+  bool has_light_stages = false;    // the program has the stages of light paths
+  bool light_paths_enabled = true;  // units have light paths, if the program can trace them
   LightStages lights;
   PhotonStage photons;
   Mattes mattes;
@@ -102,7 +102,7 @@ struct Wavefront::Impl {
   }
 
   void begin_image(const Settings& settings) {
-    lights_on = true;
+    light_paths_enabled = true;
     light_paths = {frame.light_path_count, settings.crop};
     photons.restart(photon_plan(settings), frame);
   }
@@ -116,7 +116,7 @@ struct Wavefront::Impl {
     upload_s = 0;
     if (replace_camera(device, *scene, settings, camera_poses, arguments)) bind();
     if (settings.guide != nullptr && settings.guide != guide) set_guide(settings.guide);
-    if (traces_lights && settings.light_aim != light_aim.aim) set_light_aim(settings.light_aim);
+    if (has_light_stages && settings.light_aim != light_aim.aim) set_light_aim(settings.light_aim);
   }
 
   [[nodiscard]] bool fits(const PackedScene& packed, const Features& features, const Execution& execution) const {
@@ -163,8 +163,8 @@ struct Wavefront::Impl {
     const TraceScope compiling(timeline, execution.track, "compile");
     const WavefrontProgram source(device.info(), config, *scene, features, execution);
     const Program program = device.build(source.text, source.options);
-    traces_lights = source.has("light_generate") || source.has("light_paths");
-    if (traces_lights) lights = LightStages(device, program, config, arguments);
+    has_light_stages = source.has("light_generate") || source.has("light_paths");
+    if (has_light_stages) lights = LightStages(device, program, config, arguments);
     if (features.has(Feature::merging)) photons = PhotonStage(device, arguments);
     arithmetic = trusted_arithmetic(device, program);
     std::vector<std::string> own_launch = source.stages;
@@ -203,7 +203,7 @@ struct Wavefront::Impl {
     scene_bytes = upload_scene(device, *scene, accel_of(*scene, config), filter, camera_poses, arguments);
     texel_bytes = upload_texels(device, *scene, arguments);
     if (guide != nullptr) upload_guide(device, *guide, arguments);
-    if (traces_lights && light_aim.aim != nullptr) upload_light_aim(device, *scene, light_aim, arguments);
+    if (has_light_stages && light_aim.aim != nullptr) upload_light_aim(device, *scene, light_aim, arguments);
     work = WorkBuffers(device, config, sizes, arguments);
     frame.film_stride = config.capacity() + EK_PAD;
     for (UnitInFlight& current : in_flight) current.tallies.resize(config.workers);
@@ -342,8 +342,8 @@ struct Wavefront::Impl {
   }
 
   void begin_lights(UnitInFlight& current) {
-    const LightPathPlan plan{lights_on ? light_paths.count : 0, light_paths.window};
-    if (traces_lights) lights.begin(current.lights, current.index, current.unit, plan, frame);
+    const LightPathPlan plan{light_paths_enabled ? light_paths.count : 0, light_paths.window};
+    if (has_light_stages) lights.begin(current.lights, current.index, current.unit, plan, frame);
   }
 
   void launch_rest() {
@@ -352,7 +352,7 @@ struct Wavefront::Impl {
     current.rays += depths.launch_rest();
     run_film(current);
     depths.settle();
-    if (!depths.after_intersect) begin_lights(current);
+    if (!depths.replays_one_path) begin_lights(current);
     ++launched;
   }
 
@@ -363,7 +363,7 @@ struct Wavefront::Impl {
     ++finished;
     if (config.fused) settle_fused(current);
     collect_sums(current);
-    if (traces_lights) lights.finish(current.lights, current.index);
+    if (has_light_stages) lights.finish(current.lights, current.index);
     return current.result(mattes);
   }
 

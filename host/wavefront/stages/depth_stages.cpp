@@ -41,7 +41,7 @@ void DepthStages::launch(std::uint32_t count) {
   for (std::uint32_t depth = at.first; depth <= at.last; ++depth) {
     counters_.add_depth(depth, std::uint64_t{divide_up(left_, kWorkGroup)} * kWorkGroup);
     stages_.run("intersect", depth, paths_, left_);
-    if (after_intersect) after_intersect(depth);
+    if (replays_one_path) after_intersect(depth);
     for (const char* stage :
          {"miss", "shade", "sort_hits", "shade_flat_lambert", "shade_opaque", "shade_transmissive", "compact"})
       stages_.run(stage, depth, paths_, left_);
@@ -66,7 +66,7 @@ void DepthStages::begin(const Frame& frame, const Buffer& counts) {
 }
 
 std::uint32_t DepthStages::next_depths() const {
-  if (config_.chunked || after_intersect) return 1;
+  if (config_.chunked || replays_one_path) return 1;
   const std::uint32_t depths = plan_.depths(left_, launched_ + 1 - known_);
   // No path goes beyond the last depth but through null interfaces, which are few.
   return max_depth_ > launched_ ? std::min(depths, max_depth_ - launched_) : depths;
@@ -76,8 +76,8 @@ RayCounts DepthStages::launch_rest() {
   RayCounts rays;
   bool all_likely = false;  // all depths that are likely to have paths are under way
   while (left_ > 0) {
-    const bool few = !config_.chunked && !after_intersect && left_ <= DepthPlan::kFew;
-    const std::size_t ahead = after_intersect ? 0 : 1;  // depths under way while the host looks at the one before
+    const bool few = !config_.chunked && !replays_one_path && left_ <= DepthPlan::kFew;
+    const std::size_t ahead = replays_one_path ? 0 : 1;  // depths under way while the host looks at the one before
     if (few ? all_likely : read_backs_.size() > ahead) {
       rays += take_first();
       all_likely = all_likely && !read_backs_.empty();

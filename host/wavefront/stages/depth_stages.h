@@ -33,8 +33,9 @@ class DepthStages {
   /// memory of this goes.
   void settle();
 
-  /// Called between two stages while a path is replayed. The host then waits for each depth before
-  /// it launches the next.
+  /// While this is set, the host waits for each depth before it launches the next, and calls
+  /// after_intersect between two stages.
+  bool replays_one_path = false;
   std::function<void(std::uint32_t depth)> after_intersect;
 
  private:
