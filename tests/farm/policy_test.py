@@ -7,6 +7,7 @@ import io
 import math
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -18,6 +19,18 @@ import unittest.mock
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
 from farm import errors, folder, jobs, nodes, planning, policy, scripts, simulate  # noqa: E402
+
+
+class Constants(unittest.TestCase):
+    """Numbers of eikon that the farm repeats."""
+
+    def test_they_are_those_of_eikon(self):
+        host = pathlib.Path(__file__).resolve().parents[2] / "host"
+        for file, name, expected in (("render/pilot/pilot.cpp", "kPathsPerPixel", jobs.PILOT_PATHS_PER_PIXEL),
+                                     ("render/pilot/pilot.h", "kMostPilotPaths", jobs.MOST_PILOT_PATHS),
+                                     ("job/checkpoint.h", "every_s", folder.USUAL_CHECKPOINT_S)):
+            value, shift = re.search(name + r" = (\d+)U?(?: << (\d+))?;", (host / file).read_text()).groups()
+            self.assertEqual(int(value) << int(shift or 0), expected, name)
 
 
 class Folder(unittest.TestCase):
