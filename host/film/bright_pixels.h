@@ -35,7 +35,7 @@ inline bool is_edge_of_lamp(const Plane& mean, const Plane& variance, int x, int
 /// The replicates in which a pixel is bright and alone, of two.
 inline int lone_bright_replicates(const Plane& mean, const Plane& variance, int x, int y) {
   const double own = mean.at(x, y);
-  if (own * own <= kEpsilon) return 0;
+  if (own * own <= kErrorEpsilon) return 0;
   double dark = 0;
   int alike = 0, others = 0;
   for (int j = std::max(0, y - 1); j <= std::min(mean.height - 1, y + 1); ++j)

@@ -4,12 +4,12 @@
 // same bits.
 #pragma once
 #include "film/neighbours.h"
+#include "image/relative_error.h"
 
 namespace eikon {
 
 #define EK_INLINE inline __attribute__((always_inline))
 
-inline constexpr double kEpsilon = 1e-2;
 // The neighbours lie on both sides of an edge if the squares of their distances from their mean sum
 // up to more than kNoiseOfSides times the sum of their variances. The pixel is on the edge itself
 // if its variance is more than kNoiseOfEdge times the mean of theirs.
@@ -86,11 +86,11 @@ inline void add_own_evidence(double mean, double dimmer, double dimmer_weight, d
 /// 2 / eps.
 template <class Real>
 EK_INLINE void inverse_scale(const Estimate<Real>& mu, Real& found) {
-  const Real none{}, f = 1 / (mu.mean * mu.mean + kEpsilon), relative = mu.squared_error * f;
+  const Real none{}, f = 1 / (mu.mean * mu.mean + kErrorEpsilon), relative = mu.squared_error * f;
   // Where the error is large, a small mean is no evidence of a small mu.
   const Real square = mu.mean * mu.mean + mu.squared_error;
   // f'' / 2 = c f^2 for f = 1 / (mu^2 + eps); c is between -1 and 3.
-  const Real c = (3 * square - kEpsilon) / (square + kEpsilon);
+  const Real c = (3 * square - kErrorEpsilon) / (square + kErrorEpsilon);
   found = c > none ? f / (1 + c * relative) : f * (1 - c * relative / (1 + relative));
 }
 
@@ -103,7 +103,7 @@ inline double inverse_scale(const Estimate<double>& mu) {
 /// makes up; at most all of it.
 template <class Real>
 EK_INLINE void part_of_correction(const Estimate<Real>& mu, const Real& scale, const Real& error, Real& found) {
-  const Real f = 1 / (mu.mean * mu.mean + kEpsilon), change = f > scale ? f - scale : scale - f;
+  const Real f = 1 / (mu.mean * mu.mean + kErrorEpsilon), change = f > scale ? f - scale : scale - f;
   found = change < scale ? error * change / scale : error;
 }
 
@@ -111,7 +111,8 @@ EK_INLINE void part_of_correction(const Estimate<Real>& mu, const Real& scale, c
 /// other, to first order.
 template <class Real>
 EK_INLINE void part_of_edges(const Estimate<Real>& mu, const Real& error, Real& found) {
-  const Real square = mu.mean * mu.mean, f = 1 / (square + kEpsilon), change2 = 4 * square * f * f * mu.disagreement;
+  const Real square = mu.mean * mu.mean, f = 1 / (square + kErrorEpsilon),
+             change2 = 4 * square * f * f * mu.disagreement;
   found = error * change2 / (1 + change2);
 }
 

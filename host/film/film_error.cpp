@@ -136,7 +136,7 @@ EK_CLONES void find_errors(const Plane& mean, const Plane& variance, int x, int 
     pixels.error[g] = noisy ? noise * scale / 3 : none;
     part_of_correction<PixelReals>(around, scale, pixels.error[g], pixels.correction[g]);
     part_of_edges<PixelReals>(around, pixels.error[g], pixels.edges[g]);
-    pixels.rare[g] = (noisy & (around.mean < kAlike * own)) | ((own * own > kEpsilon) & (alike < kEnoughBright));
+    pixels.rare[g] = (noisy & (around.mean < kAlike * own)) | ((own * own > kErrorEpsilon) & (alike < kEnoughBright));
   }
 }
 

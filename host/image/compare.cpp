@@ -8,11 +8,11 @@
 
 #include "core/error.h"
 #include "image/image.h"
+#include "image/relative_error.h"
+#include "image/srgb.h"
 
 namespace eikon {
 namespace {
-
-constexpr double kEpsilon = 1e-2;  // of relMSE and MAPE
 
 struct Pair {
   const std::vector<float>* test = nullptr;
@@ -44,16 +44,12 @@ constexpr std::array<std::array<double, 3>, 8> kRamp{{{0.00, 0.00, 0.01},
                                                       {0.97, 0.80, 0.25},
                                                       {1.00, 1.00, 1.00}}};
 
-double to_linear(double encoded) {
-  return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
-}
-
 std::array<double, 3> ramp(double value) {
   const double at = std::clamp(value, 0.0, 1.0) * (kRamp.size() - 1);
   const auto i = std::min(static_cast<std::size_t>(at), kRamp.size() - 2);
   std::array<double, 3> colour{};
   for (std::size_t c = 0; c < 3; ++c)
-    colour[c] = to_linear(std::lerp(kRamp[i][c], kRamp[i + 1][c], at - static_cast<double>(i)));
+    colour[c] = linear_from_srgb(std::lerp(kRamp[i][c], kRamp[i + 1][c], at - static_cast<double>(i)));
   return colour;
 }
 
@@ -75,8 +71,8 @@ Comparison compare_images(const Image& test, const Image& reference) {
         ++kept;
         const double d = x - r;
         row_squares += d * d;
-        row_relative_squares += d * d / (r * r + kEpsilon);
-        row_relative += std::abs(d) / (std::abs(r) + kEpsilon);
+        row_relative_squares += d * d / (r * r + kErrorEpsilon);
+        row_relative += std::abs(d) / (std::abs(r) + kErrorEpsilon);
         row_test += x;
         row_reference += r;
       }
@@ -108,7 +104,7 @@ Image difference_image(const Image& test, const Image& reference) {
     double error = 0;
     for (const Pair& pair : pairs) {
       const auto x = static_cast<double>((*pair.test)[i]), r = static_cast<double>((*pair.reference)[i]);
-      error += std::abs(x - r) / (std::abs(r) + kEpsilon) / 3;
+      error += std::abs(x - r) / (std::abs(r) + kErrorEpsilon) / 3;
       if (!std::isfinite(x) || !std::isfinite(r)) error = std::numeric_limits<double>::quiet_NaN();
     }
     const std::array<double, 3> colour = std::isnan(error) ? std::array<double, 3>{0, 1, 0} : ramp(error);

@@ -65,7 +65,8 @@ struct PngBytes {
 void write_png(const std::filesystem::path& path, const Image& image, double exposure_ev, ToneMap map = ToneMap::none);
 
 /// Metrics between R, G, B of two images; x is the test value, r the reference. Means are over all
-/// pixels and the three channels, without values that are not finite in one of the images.
+/// pixels and the three channels, without values that are not finite in one of the images. 1e-2 is
+/// kErrorEpsilon.
 struct Comparison {
   double mse = 0;               // mean of (x - r)^2
   double relmse = 0;            // mean of (x - r)^2 / (r^2 + 1e-2)

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "image/relative_error.h"
 #include "io/text.h"
 
 namespace eikon {
@@ -37,7 +38,7 @@ double relative_variance(const Planes& mean, const Planes& variance, std::size_t
   double sum = 0;
   for (std::size_t c = 0; c < 3; ++c) {
     const double m = double((*mean[c])[pixel]);
-    sum += double((*variance[c])[pixel]) / (m * m + 1e-2) / 3;
+    sum += double((*variance[c])[pixel]) / (m * m + kErrorEpsilon) / 3;
   }
   return sum;
 }

@@ -9,6 +9,7 @@
 #include <functional>
 
 #include "film/layers.h"
+#include "image/relative_error.h"
 #include "page/page_picture.h"
 
 namespace eikon {
@@ -31,7 +32,7 @@ void write_errors(const Film& film, std::uint32_t y, float* values) {
   std::vector<double> means(width), variances(width), sums(width);
   for (std::uint32_t channel = 0; channel < 3; ++channel) {
     film.row_means_and_variances(y, channel, means.data(), variances.data());
-    for (std::uint32_t x = 0; x < width; ++x) sums[x] += variances[x] / (means[x] * means[x] + 1e-2) / 3;
+    for (std::uint32_t x = 0; x < width; ++x) sums[x] += variances[x] / (means[x] * means[x] + kErrorEpsilon) / 3;
   }
   for (const double sum : sums) values = std::fill_n(values, 3, finite_or_black(std::sqrt(sum)));
 }

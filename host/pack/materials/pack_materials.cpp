@@ -10,6 +10,7 @@
 #include <type_traits>
 
 #include "core/error.h"
+#include "image/srgb.h"
 #include "pack/lights/pack_light_paths.h"
 #include "pack/materials/material_parameters.h"
 #include "pack/pack_parts.h"
@@ -23,16 +24,11 @@ namespace {
 // at distance 0, where minus infinity would give 0 * infinity.
 constexpr double kOpaque = -0x1p100;
 
-double srgb_to_linear(int code) {
-  const double x = code / 255.0;
-  return x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);  // IEC 61966-2-1
-}
-
 std::span<const std::uint32_t> texel_table() {
   static const auto table = [] {
     std::array<std::uint32_t, EK_TEXEL_TABLE> words{};
     for (int code = 0; code < int(EK_TEXEL_TABLE); ++code)
-      words[std::size_t(code)] = std::bit_cast<std::uint32_t>(float(srgb_to_linear(code)));
+      words[std::size_t(code)] = std::bit_cast<std::uint32_t>(float(linear_from_srgb(code / 255.0)));
     return words;
   }();
   return table;

@@ -5,14 +5,11 @@
 #include <bit>
 #include <cmath>
 
+#include "pack/seeds.h"
 #include "wavefront/memory_need.h"
 
 namespace eikon {
 namespace {
-
-// No image has this seed by default, so the pilot does not see the samples of the image that it
-// decides about.
-constexpr std::uint32_t kSeed = 0x70696c6fU;
 
 /// Returns the execution whose units have room for `largest` paths, or for fewer where the device
 /// lacks the memory. throws DeviceError if it lacks the memory for the smallest units, too
@@ -40,7 +37,7 @@ Settings pilot_picture_settings(const Settings& settings, double pixels) {
   if (settings.light_path_count > 0)
     picture.light_path_count =
         std::max<std::uint64_t>(std::uint64_t(std::llround(double(settings.light_path_count) * scale)), 1);
-  picture.seed = kSeed;
+  picture.seed = kPilotSeed;
   return picture;
 }
 

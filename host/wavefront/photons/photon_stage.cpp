@@ -5,14 +5,9 @@
 #include <numbers>
 
 #include "core/error.h"
+#include "pack/seeds.h"
 
 namespace eikon {
-namespace {
-
-// Sets the light paths of photons apart from those of splats.
-constexpr std::uint32_t kSeed = 0x70686f74U;
-
-}  // namespace
 
 PhotonStage::PhotonStage(Device& device, Arguments& arguments) : device_(&device) {
   map_ = make_photon_map({}, 1, 1);
@@ -48,7 +43,7 @@ bool PhotonStage::prepare(LightStages& lights, std::size_t which, const WorkUnit
   frame.photon_cell_scale = float(0.5 / std::sqrt(radius2));
   frame.photon_weight = float(1 / (std::numbers::pi * double(frame.photon_radius2) * double(plan_.paths)));
   Frame emitting = frame;
-  emitting.seed ^= kSeed;
+  emitting.seed ^= kPhotonSeed;
   emitting.light_path_count = std::uint32_t(plan_.paths);
   // Light paths know their replicate and generation by a number of the same form as that of a
   // sample.
