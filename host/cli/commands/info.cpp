@@ -168,7 +168,7 @@ void print_lights(const PackedScene& packed) {
 /// refracting surface.
 void print_enclosed_lights(const Scene& scene, const PackedScene& packed) {
   for (const PunctualLight& light : scene.lights) {
-    if (light.kind == LightKind::directional) continue;
+    if (light_kind(light.kind).distant) continue;
     const std::uint32_t solid = solid_around(scene, packed, light.position, light.direction);
     if (solid != 0)
       fmt::print(

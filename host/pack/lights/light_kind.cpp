@@ -50,14 +50,15 @@ Need punctual(const Scene& scene, const Settings&) {
 }
 
 constexpr LightKindInfo kKinds[] = {
-    // kind, name, distant, strength and its unit, need
-    {LightKind::area, "area", false, kRadiance, kRadianceUnit, emissive_material},
-    {LightKind::environment, "environment", true, kRadiance, kRadianceUnit, constant_environment},
-    {LightKind::environment_map, "environment_map", true, kRadiance, kRadianceUnit, environment_map},
-    {LightKind::point, "point", false, kIntensity, kIntensityUnit, punctual<LightKind::point>},
-    {LightKind::spot, "spot", false, kIntensity, kIntensityUnit, punctual<LightKind::spot>},
-    {LightKind::directional, "directional", true, "irradiance", "W/m^2 (lx)", punctual<LightKind::directional>},
-    {LightKind::shape_light, "shape_light", false, kRadiance, kRadianceUnit, emissive_shape},
+    // kind, name; distant, surface, met; strength and its unit; need
+    {LightKind::area, "area", false, true, true, kRadiance, kRadianceUnit, emissive_material},
+    {LightKind::environment, "environment", true, false, true, kRadiance, kRadianceUnit, constant_environment},
+    {LightKind::environment_map, "environment_map", true, false, true, kRadiance, kRadianceUnit, environment_map},
+    {LightKind::point, "point", false, false, false, kIntensity, kIntensityUnit, punctual<LightKind::point>},
+    {LightKind::spot, "spot", false, false, false, kIntensity, kIntensityUnit, punctual<LightKind::spot>},
+    {LightKind::directional, "directional", true, false, false, "irradiance", "W/m^2 (lx)",
+     punctual<LightKind::directional>},
+    {LightKind::shape_light, "shape_light", false, true, true, kRadiance, kRadianceUnit, emissive_shape},
 };
 
 }  // namespace
@@ -66,6 +67,13 @@ const LightKindInfo& light_kind(LightKind kind) {
   const auto found = std::ranges::find(kKinds, kind, &LightKindInfo::kind);
   if (found == std::end(kKinds)) throw InternalError("a kind of light without a row");
   return *found;
+}
+
+bool has_light(const Features& features, bool (*has_property)(const LightKindInfo&)) {
+  bool found = false;
+#define EK_LIGHT(name, bit) found = found || (features.has(Feature::name) && has_property(light_kind(LightKind::name)));
+#include "shared/features.def"
+  return found;
 }
 
 PackedPunctualLight pack_punctual(const PunctualLight& light, double intensity, double section_m2) {

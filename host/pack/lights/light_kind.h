@@ -12,11 +12,15 @@ struct LightKindInfo {
   LightKind kind;
   const char* name;
   bool distant;          // infinitely far away: such a light has no place in the light tree
+  bool surface;          // triangles or a shape, which Light::triangle names
+  bool met;              // rays can meet it, so paths find it by chance, too
   const char* strength;  // what PackedLight::strength is of such a light,
   const char* unit;      // and its unit
   Need (*need)(const Scene& scene, const Settings& settings);  // of kernels that know this kind
 };
 [[nodiscard]] const LightKindInfo& light_kind(LightKind kind);
+/// True if one of the kinds of light that kernels know has a property.
+[[nodiscard]] bool has_light(const Features& features, bool (*has_property)(const LightKindInfo&));
 
 /// A light without extent, as kernels, the choice among lights and the light tree need it.
 struct PackedPunctualLight {

@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "pack/lights/find_lights.h"
+#include "pack/lights/light_kind.h"
 #include "pack/lights/light_table.h"
 #include "pack/lights/light_tree.h"
 #include "pack/lights/lights_in_media.h"
@@ -124,7 +125,7 @@ class LightPacker {
   void name_lights(std::uint32_t count) {
     for (std::uint32_t i = 0; i < count; ++i) {
       const Light& light = packed_.lights[i];
-      if (light.kind != kind_word(LightKind::area) && light.kind != kind_word(LightKind::shape_light)) continue;
+      if (!light_kind(LightKind(light.kind)).surface) continue;
       packed_.triangles[light.triangle].flags |= i << EK_TRIANGLE_LIGHT_SHIFT;
       if ((light.flags & EK_LIGHT_QUAD) != 0)
         packed_.triangles[light.triangle + 1].flags |= i << EK_TRIANGLE_LIGHT_SHIFT;
@@ -161,8 +162,7 @@ class LightPacker {
         emitter.radiance_area = emission;
         emitter.place = {light.p0_x, light.p0_y, light.p0_z};
       }
-      const bool is_surface =
-          light.kind == kind_word(LightKind::area) || light.kind == kind_word(LightKind::shape_light);
+      const bool is_surface = light_kind(LightKind(light.kind)).surface;
       if (emitter.radiance_area > 0 && (is_surface ? media.may_hold(light) : media.holds(emitter.place)))
         emitter.radiance_area = 0;
     }

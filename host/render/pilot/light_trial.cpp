@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "image/tonemap.h"
+#include "pack/lights/light_kind.h"
 #include "render/pilot/aim_learner.h"
 #include "render/render.h"
 #include "shared/splat.h"
@@ -203,9 +204,8 @@ LightTrialResult run_light_trial(PilotPicture& picture, const PackedScene& scene
                                  const Settings& settings) {
   // Behind glass and mirrors paths from the camera never find these lights, whether the trial has
   // seen what they light up or not.
-  const bool is_lit_by_points =
-      features.has(Feature::point) || features.has(Feature::spot) || features.has(Feature::directional);
-  const bool only_light_paths = is_lit_by_points && scene.has_specular_light_targets;
+  const bool has_unmet_lights = has_light(features, [](const LightKindInfo& kind) { return !kind.met; });
+  const bool only_light_paths = has_unmet_lights && scene.has_specular_light_targets;
   Settings own = light_trial_settings(settings);
   const auto render = [&](const LightAim& aim, TrialSums& sums) {
     own.light_aim = std::make_shared<const LightAim>(with_named_starts(aim));

@@ -5,6 +5,7 @@
 #include <bit>
 
 #include "core/clock.h"
+#include "pack/lights/light_kind.h"
 #include "render/pilot/guiding_pilot.h"
 #include "render/pilot/light_trial.h"
 
@@ -33,7 +34,7 @@ bool wants_guiding(const Features& features, const Settings& settings) {
   // can find.
   const bool caustics = !features.has(Feature::light_paths) &&
                         (features.has(Feature::transmissive_hits) || features.has(Feature::conductor)) &&
-                        (features.has(Feature::area) || features.has(Feature::point) || features.has(Feature::spot));
+                        has_light(features, [](const LightKindInfo& kind) { return !kind.distant; });
   return !caustics || settings.guiding == Guiding::on;
 }
 
