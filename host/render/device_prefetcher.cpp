@@ -6,11 +6,10 @@
 #include <algorithm>
 #include <chrono>
 #include <optional>
-#include <thread>
 
+#include "core/abandonable_task.h"
 #include "core/clock.h"
 #include "core/error.h"
-#include "core/lost_threads.h"
 #include "device/fault.h"
 #include "render/device_sessions.h"
 #include "render/device_worker.h"
@@ -47,9 +46,8 @@ struct Work {
   const DevicePrefetcher::Image image;
   DevicePool pool;
   const bool has_programs;  // only trees are to be made
-  std::mutex mutex;
-  std::condition_variable changed;
-  bool ended = false, lost = false;
+  std::mutex mutex;         // guards all below
+  bool is_abandoned = false;
   std::optional<DeviceInfo> at{};  // the device in hand
 
   Work(DevicePrefetcher::Image of, DevicePool from, bool programs)
@@ -62,7 +60,7 @@ void make_ready(Work& work) {
     if (info.fault && !info.fault->is_harmless()) return;
     {
       const std::lock_guard lock(work.mutex);
-      if (work.lost) return;
+      if (work.is_abandoned) return;
       work.at = info;
     }
     Execution own = image.execution;
@@ -85,31 +83,23 @@ void make_ready(Work& work) {
 /// Runs make_ready() on a thread of its own, because drivers may hang, and abandons it after so
 /// many seconds.
 void make_ready_within(const std::shared_ptr<Work>& work, double seconds, const std::atomic<bool>& stop) {
-  std::thread thread([work] {
+  AbandonableTask task([work] {
     try {
       make_ready(*work);
     } catch (...) {
       // The render meets the same error and reports it.
     }
-    const std::lock_guard lock(work->mutex);
-    work->ended = true;
-    if (work->lost) lost_thread_ended();
-    work->changed.notify_all();
   });
-  std::unique_lock lock(work->mutex);
   const double until_s = host_seconds() + seconds;
-  while (!work->ended && !stop && host_seconds() < until_s)
-    // Polls, because a signal handler that sets `stop` cannot notify.
-    work->changed.wait_for(lock, std::chrono::milliseconds(50));
-  if (work->ended) {
-    lock.unlock();
-    return thread.join();
-  }
-  work->lost = true;
-  thread_is_lost();
+  const auto gives_up = [&] {
+    const std::lock_guard lock(work->mutex);
+    work->is_abandoned = stop || host_seconds() >= until_s;
+    return work->is_abandoned;
+  };
+  if (task.wait(gives_up)) return;
+  const std::lock_guard lock(work->mutex);
   if (!stop && work->at)
     work->pool.abandon(*work->at, fmt::format("opening it did not end within {:.3g} s: it was given up", seconds));
-  thread.detach();
 }
 
 }  // namespace

@@ -2,15 +2,13 @@
 #include "render/pilot/pilot_thread.h"
 
 #include <algorithm>
-#include <chrono>
-#include <condition_variable>
-#include <exception>
 #include <fmt/format.h>
 #include <mutex>
-#include <thread>
+#include <optional>
+#include <utility>
 
+#include "core/abandonable_task.h"
 #include "core/clock.h"
-#include "core/lost_threads.h"
 #include "core/watched_phase.h"
 #include "render/device_sessions.h"
 #include "render/pilot/pilot.h"
@@ -22,7 +20,6 @@ namespace {
 
 constexpr unsigned kAttempts = 3;         // on one device, as units have before it is dropped
 constexpr double kPatience_s = 0.1;       // with a thread whose pilot nobody wants any more
-constexpr double kPollInterval_s = 0.05;  // for signals, clocks and devices that hang
 
 /// A call into the device's driver does not return. The device is not tried again, unlike one that
 /// only failed.
@@ -51,24 +48,15 @@ class PilotWork : public PilotSteps {
 
   // ---- for the thread that renders
 
-  void run() noexcept {
-    std::optional<Pilot> pilot;
-    std::exception_ptr error;
+  /// throws DeviceError
+  void run() {
     try {
-      // A device that fails does not go back to its pool.
+      // A device that is left by an exception does not go back to its pool.
       DevicePool::Lease lease = devices_.pool.take(info_);
-      pilot = run_pilot(lease, devices_.packed, devices_.features, devices_.settings, execution_, *this);
+      pilot_ = run_pilot(lease, devices_.packed, devices_.features, devices_.settings, execution_, *this);
       if (!devices_.stay) lease.guest().reset();
     } catch (const NotWanted&) {
-    } catch (...) {
-      error = std::current_exception();
     }
-    const std::lock_guard lock(mutex_);
-    pilot_ = std::move(pilot);
-    error_ = error;
-    ended_ = true;
-    if (lost_) lost_thread_ended();
-    changed_.notify_all();
   }
   void begin_unit(std::uint64_t paths) override {
     const std::lock_guard lock(mutex_);
@@ -87,28 +75,17 @@ class PilotWork : public PilotSteps {
 
   // ---- for the thread that waits
 
-  /// Returns true if the thread has ended, false if it is lost.
-  [[nodiscard]] bool wait(const std::atomic<bool>& stop, double latest_s) {
-    std::unique_lock lock(mutex_);
-    double unwanted_s = 0;
-    while (!changed_.wait_for(lock, std::chrono::duration<double>(kPollInterval_s), [&] { return ended_; })) {
-      const double now_s = host_seconds();
-      if (!unwanted_ && (stop.load() || now_s >= latest_s)) unwanted_ = true, unwanted_s = now_s;
-      const bool hangs = is_late(now_s);
-      if (!hangs && !(unwanted_ && now_s - unwanted_s > kPatience_s)) continue;
-      lost_ = true;
-      thread_is_lost();
-      return false;
-    }
-    return true;
+  /// Returns true if nobody should wait any longer. To be called again and again.
+  [[nodiscard]] bool gives_up(const std::atomic<bool>& stop, double latest_s) {
+    const std::lock_guard lock(mutex_);
+    const double now_s = host_seconds();
+    if (!unwanted_ && (stop.load() || now_s >= latest_s)) unwanted_ = true, unwanted_s_ = now_s;
+    return is_late(now_s) || (unwanted_ && now_s - unwanted_s_ > kPatience_s);
   }
-  /// After wait() has returned true. throws what the thread threw
-  [[nodiscard]] std::optional<Pilot> result() {
-    if (error_) std::rethrow_exception(error_);
-    return std::move(pilot_);
-  }
-  /// After wait() has returned false: says what hangs, or is empty if the thread was only left
-  /// because nobody wanted its pilot any more.
+  /// What run() has rendered, once it has ended; nothing if nobody wanted it any more.
+  [[nodiscard]] std::optional<Pilot> result() { return std::move(pilot_); }
+  /// After gives_up() has returned true: says what hangs, or is empty if the thread is only left
+  /// because nobody wants its pilot any more.
   [[nodiscard]] std::string why_lost() const { return why_; }
 
  private:
@@ -134,16 +111,15 @@ class PilotWork : public PilotSteps {
   WavefrontDevices devices_;  // a copy, because the thread may be lost
   DeviceInfo info_;
   Execution execution_;
+  std::optional<Pilot> pilot_;
   std::mutex mutex_;  // guards all below
-  std::condition_variable changed_;
-  bool is_open_ = false, ended_ = false, unwanted_ = false, lost_ = false;
+  bool is_open_ = false, unwanted_ = false;
+  double unwanted_s_ = 0;
   double since_s_, polled_s_;  // begin of opening, of the unit, or of the time after it; when is_late() was called last
   WatchedPhase phase_;
   std::uint64_t paths_ = 0, done_paths_ = 0;  // of the unit under way, 0 while there is none; of those before
   double done_s_ = 0;
   std::string why_;
-  std::optional<Pilot> pilot_;
-  std::exception_ptr error_;
 };
 
 /// Returns nothing if the pilot was not wanted any more. throws DeviceError, HungDevice
@@ -151,12 +127,8 @@ std::optional<Pilot> pilot_on(const WavefrontDevices& devices, std::size_t devic
                               const std::atomic<bool>& stop, double latest_s) {
   if (stop.load() || host_seconds() >= latest_s) return std::nullopt;
   const auto work = std::make_shared<PilotWork>(devices, device, shrink);
-  std::thread thread([work] { work->run(); });
-  if (work->wait(stop, latest_s)) {
-    thread.join();
-    return work->result();
-  }
-  thread.detach();
+  AbandonableTask task([work] { work->run(); });
+  if (task.wait([&] { return work->gives_up(stop, latest_s); })) return work->result();
   if (const std::string why = work->why_lost(); !why.empty()) throw HungDevice(why);
   return std::nullopt;
 }
