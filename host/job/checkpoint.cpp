@@ -93,6 +93,7 @@ void CheckpointFile::take_over(const Prepared& prepared, const std::string& file
   begin_with_->sample_set.add(record.sample_set);
   begin_with_->arithmetic.insert(record.arithmetic.begin(), record.arithmetic.end());
   light_paths.insert(record.light_path_counts.begin(), record.light_path_counts.end());
+  begin_with_->guiding.insert(record.guiding.begin(), record.guiding.end());
   reader.add_to(begin_with_->film);
 }
 
@@ -139,8 +140,13 @@ void CheckpointFile::attach(RenderHooks& hooks) {
 }
 
 FilmRecord CheckpointFile::record(const FilmState& state) const {
-  return {settings_,  state.arithmetic, state.light_path_counts, {layers_.begin(), layers_.end()},
-          manifests_, state.sample_set};
+  return {.settings = settings_,
+          .arithmetic = state.arithmetic,
+          .light_path_counts = state.light_path_counts,
+          .guiding = state.guiding,
+          .layers = {layers_.begin(), layers_.end()},
+          .manifests = manifests_,
+          .sample_set = state.sample_set};
 }
 
 std::string CheckpointFile::saved() const {

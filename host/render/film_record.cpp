@@ -194,12 +194,34 @@ std::optional<std::string> difference(const std::vector<ImageSetting>& expected,
   return first.value_or("other settings count in it: another version of eikon wrote it");
 }
 
+void agree_on_pilot(FilmState& begin, const Settings& settings, const PilotReport& pilot,
+                    std::vector<std::string>& notes) {
+  if (pilot.guiding_paths > 0)
+    begin.guiding.insert(pilot.roulette_depth == 0 ? kNotGuided : fmt::format("{:016x}", pilot.guiding_digest));
+  if (std::string note = note_of_guiding(begin.guiding); !note.empty()) notes.push_back(std::move(note));
+  if (settings.light_trial_paths == 0) return;
+  const std::set<std::uint64_t> now = {settings.light_path_count};
+  if (!begin.light_path_counts.empty() && begin.light_path_counts != now)
+    throw InputError(
+        fmt::format("the sums to go on from have {} light paths of each sample, and the pilot on this device "
+                    "decides on {}: go on with the devices that began, or share their pilot by --pilot",
+                    *begin.light_path_counts.begin(), settings.light_path_count));
+  begin.light_path_counts = now;
+}
+
+std::string note_of_guiding(const std::set<std::string>& guiding) {
+  if (guiding.size() < 2) return {};
+  return "some samples are guided by other tables than others, or by none: the image has no bias, but other bits than "
+         "one that a single pilot guides; a device may have had too little memory for the tables";
+}
+
 std::string to_text(const FilmRecord& record) {
   std::string text;
   for (const ImageSetting& setting : record.settings)
     text += fmt::format("setting {}: {}\n", setting.name, setting.value);
   for (const std::string& name : record.arithmetic) text += fmt::format("arithmetic {}\n", name);
   for (const std::uint64_t count : record.light_path_counts) text += fmt::format("light-paths {}\n", count);
+  for (const std::string& table : record.guiding) text += fmt::format("guiding {}\n", table);
   for (const std::string& layer : record.layers) text += fmt::format("layer {}\n", layer);
   for (const auto& [layer, manifest] : record.manifests) text += fmt::format("manifest {} {}\n", layer, manifest);
   for (const WorkUnit& part : record.sample_set.parts())
@@ -224,6 +246,8 @@ FilmRecord parse_film_record(std::string_view text, const FilmLayout& layout) {
       record.arithmetic.emplace(rest);
     else if (kind == "light-paths" && number_in<std::uint64_t>(rest))
       record.light_path_counts.emplace(*number_in<std::uint64_t>(rest));
+    else if (kind == "guiding")
+      record.guiding.emplace(rest);
     else if (kind == "layer")
       record.layers.emplace(rest);
     else if (kind == "manifest" && rest.find(' ') != std::string_view::npos)

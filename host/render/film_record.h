@@ -13,9 +13,12 @@
 #include "film/film.h"
 #include "film/sample_set.h"
 #include "pack/settings.h"
+#include "render/film_store.h"
 #include "scene/scene.h"
 
 namespace eikon {
+
+struct PilotReport;
 
 /// Raised whenever the bits of some image change, because sums from before and after must not be
 /// added. A test holds the bits of a few images, and fails when they change and this does not.
@@ -47,11 +50,23 @@ struct FilmRecord {
   /// must not be added up: each count shares light between camera paths and light paths in its own
   /// way.
   std::set<std::uint64_t> light_path_counts;
+  /// The tables that pilots guided samples by: their digests, or "off". Samples of several are
+  /// added up without a bias, but the image then has other bits than one that a single pilot
+  /// guides.
+  std::set<std::string> guiding;
   std::set<std::string> layers;                  // of --aov, for the picture of a merged file
   std::map<std::string, std::string> manifests;  // of its mattes, by layer (film/mattes.h)
   SampleSet sample_set;                          // the samples that are in the sums
   bool operator==(const FilmRecord&) const = default;
 };
+
+/// Notes what the pilot decided with the sums that a render begins with. notes: for the user
+/// throws InputError when these have another number of light paths, which must not be added up
+void agree_on_pilot(FilmState& begin, const Settings& settings, const PilotReport& pilot,
+                    std::vector<std::string>& notes);
+
+/// A line for the user if samples are guided in several ways; else empty.
+[[nodiscard]] std::string note_of_guiding(const std::set<std::string>& guiding);
 
 [[nodiscard]] std::string to_text(const FilmRecord& record);
 /// layout: of the film that the text belongs to

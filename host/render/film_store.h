@@ -15,12 +15,13 @@
 namespace eikon {
 
 /// A film, the samples that it holds, the arithmetic classes of the devices that rendered them, and
-/// how many light paths a trial gave them (FilmRecord::light_path_counts).
+/// what pilots decided for them (FilmRecord::light_path_counts and guiding).
 struct FilmState {
   Film film;
   SampleSet sample_set;  // the samples that the film holds
   std::set<std::string> arithmetic = {};
   std::set<std::uint64_t> light_path_counts = {};
+  std::set<std::string> guiding = {};
 };
 
 /// Adds units whose rows lie apart at the same time. At hundreds of millions of samples per second,

@@ -12,6 +12,7 @@
 #include "render/device_sessions.h"
 #include "render/device_worker.h"
 #include "render/error_curve.h"
+#include "render/film_record.h"
 #include "render/pilot/pilot.h"
 #include "render/pilot/pilot_thread.h"
 #include "render/rounds.h"
@@ -250,19 +251,6 @@ FilmState first_film(RenderHooks& hooks, const WavefrontDevices& devices, const 
   return begin;
 }
 
-/// Notes how many light paths the trial decided on, with the sums: samples with different counts
-/// must not be added up. throws InputError when the sums to go on from have another count
-void agree_on_light_paths(FilmState& begin, const Settings& settings) {
-  if (settings.light_trial_paths == 0) return;
-  const std::set<std::uint64_t> now = {settings.light_path_count};
-  if (!begin.light_path_counts.empty() && begin.light_path_counts != now)
-    throw InputError(
-        fmt::format("the sums to go on from have {} light paths of each sample, and the pilot on this device "
-                    "decides on {}: go on with the devices that began, or share their pilot by --pilot",
-                    *begin.light_path_counts.begin(), settings.light_path_count));
-  begin.light_path_counts = now;
-}
-
 /// layout: of the first device that took part
 void fill_report(RenderReport& report, DeviceSessions& sessions, const WavefrontDevices& devices,
                  const std::string& layout) {
@@ -301,7 +289,7 @@ RenderOutput render_on(const std::shared_ptr<WavefrontDevices>& devices, const E
       std::find_if(prepared.begin(), prepared.end(), [](const DeviceReport& r) { return r.error.empty(); });
   const std::string& layout = first->layout.layout;
   FilmState begin = first_film(hooks, *devices, layout);
-  if (!report.pilot.cut_short) agree_on_light_paths(begin, settings);
+  if (!report.pilot.cut_short) agree_on_pilot(begin, settings, report.pilot, report.notes);
   report.samples_before = begin.sample_set.sample_count();
   std::uint64_t left = 0;
   for (const WorkUnit& box : begin.sample_set.missing(settings.crop, settings.sample_begin, settings.sample_end))

@@ -106,6 +106,7 @@ Whole join(const std::vector<Part>& parts) {
     whole.record.sample_set.add(part.record.sample_set);
     whole.record.arithmetic.insert(part.record.arithmetic.begin(), part.record.arithmetic.end());
     whole.record.light_path_counts.insert(part.record.light_path_counts.begin(), part.record.light_path_counts.end());
+    whole.record.guiding.insert(part.record.guiding.begin(), part.record.guiding.end());
     whole.record.layers.insert(part.record.layers.begin(), part.record.layers.end());
     whole.record.manifests.insert(part.record.manifests.begin(), part.record.manifests.end());
     keep_common(whole.metadata.strings, part.metadata.strings);
@@ -215,6 +216,8 @@ ExitCode merge_command(const MergeOptions& options) {
   const auto [begin, end] = sample_range(whole.record.sample_set);
   const bool complete = print_gaps(whole, options.output);
   print_outside(whole);
+  if (const std::string note = note_of_guiding(whole.record.guiding); !note.empty())
+    print_to_stderr("eikon: {}\n", note);
   if (whole.record.arithmetic != std::set<std::string>{"exact"} && !whole.record.arithmetic.empty())
     print_to_stderr("eikon: arithmetic {}: other devices may give other bits; see `eikon selftest`\n",
                     printable(fmt::format("{}", fmt::join(whole.record.arithmetic, ", "))));

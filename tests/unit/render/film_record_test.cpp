@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/film_record.h"
 
+#include "render/pilot/pilot.h"
+
 #include <gtest/gtest.h>
 
 #include "core/error.h"
@@ -41,6 +43,7 @@ FilmRecord some_record() {
   record.settings = Image9x7().described();
   record.arithmetic = {"exact", "other-12345678"};
   record.light_path_counts = {4800};
+  record.guiding = {"0123456789abcdef", "off"};
   record.layers = {"albedo", "variance"};
   record.sample_set.add(part({0, 0, 9, 4}, 0, 12));
   record.sample_set.add(part({2, 4, 7, 7}, 3, std::uint64_t{1} << 40));
@@ -54,6 +57,24 @@ std::string refusal(const std::string& text) {
     return error.what();
   }
   return "";
+}
+
+TEST(FilmRecord, says_so_where_samples_are_guided_in_several_ways) {
+  FilmState begin{Film(small_layout(9, 7)), SampleSet()};
+  PilotReport guided, left_out;
+  guided.guiding_paths = left_out.guiding_paths = 4096;
+  guided.roulette_depth = 2;
+  guided.guiding_digest = 0x1234;
+  std::vector<std::string> notes;
+  agree_on_pilot(begin, Settings(), PilotReport(), notes);  // of an image without a pilot
+  EXPECT_TRUE(begin.guiding.empty());
+  for (int again = 0; again < 2; ++again) agree_on_pilot(begin, Settings(), guided, notes);
+  EXPECT_EQ(begin.guiding, std::set<std::string>{"0000000000001234"});
+  EXPECT_TRUE(notes.empty());
+  agree_on_pilot(begin, Settings(), left_out, notes);  // as where a device has no memory for the table
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_NE(notes[0].find("no bias, but other bits"), std::string::npos) << notes[0];
+  EXPECT_EQ(note_of_guiding(begin.guiding), notes[0]);
 }
 
 TEST(FilmRecord, comes_back_from_its_text) {
