@@ -58,9 +58,13 @@ PackedScene pack(const Scene& scene, std::vector<Mesh>* release, const Features&
 
 }  // namespace
 
+PackedScene pack_in_world(const Scene& scene, const Features& features, const Settings& settings) {
+  return pack(scene, nullptr, features, settings);
+}
+
 PackedScene pack_scene(const Scene& scene, const Features& features, const Settings& settings) {
   const glm::dvec3 origin = origin_of(scene);
-  if (origin == glm::dvec3(0)) return pack(scene, nullptr, features, settings);
+  if (origin == glm::dvec3(0)) return pack_in_world(scene, features, settings);
   // The copy shares geometry and pictures with the scene.
   PackedScene packed = pack(seen_from_origin(scene, origin), nullptr, features, settings);
   packed.origin = origin;

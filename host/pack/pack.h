@@ -118,6 +118,10 @@ struct PackedScene {
 PackedScene pack_scene(const Scene& scene, const Features& features, const Settings& settings);
 PackedScene pack_scene(Scene&& scene, const Features& features, const Settings& settings) = delete;
 
+/// Does the same in the file's own coordinates, however far from the origin, for tests of what
+/// kernels make of those.
+PackedScene pack_in_world(const Scene& scene, const Features& features, const Settings& settings);
+
 /// Does the same, and frees the geometry of the meshes as it goes: their primitives keep only the
 /// materials. Its poses are freed, too.
 PackedScene pack_and_release(Scene& scene, const Features& features, const Settings& settings);

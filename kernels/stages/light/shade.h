@@ -9,7 +9,7 @@
 //
 // A BSDF sample carries radiance, and its wo is towards the viewer. A light path carries power, so
 // its weight is that of the adjoint BSDF [Veach 1997, section 5.3]: the ratio of cosines corrects
-// for shading normals [eq. 5.19], and eta^2 undoes the scaling of radiance at refraction [section
+// for shading normals there, and eta^2 undoes the scaling of radiance at refraction [section
 // 5.2]. Where the scattering is not delta, the BSDF is evaluated anew as a viewer in the new
 // direction sees the surface, with the normals that such a viewer has, so the result holds for any
 // material, reciprocal or not.

@@ -38,7 +38,7 @@ PackedScene packed_with(const std::vector<PunctualLight>& lights) {
   add_mesh(scene, "floor", std::move(quad), lambert(1));
   scene.lights = lights;
   const Settings settings = settings_for(1, 1, 1);
-  return pack_scene(scene, Features(scene, settings), settings);
+  return pack_in_world(scene, Features(scene, settings), settings);
 }
 
 struct Arrival {

@@ -37,7 +37,7 @@ Scene scene_of(const Shape& shape) {
 class Lamp {
  public:
   explicit Lamp(const Shape& shape) : scene_(scene_of(shape)), settings_{}, features_(scene_, settings_) {
-    packed_ = pack_scene(scene_, features_, settings_);
+    packed_ = pack_in_world(scene_, features_, settings_);
     probe_.emplace(lamp_probe("light_shape", features_));
     const glm::dvec3 center = 0.5 * (packed_.bounds.lo + packed_.bounds.hi), half = packed_.bounds.hi - center;
     Frame frame{};

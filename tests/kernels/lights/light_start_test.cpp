@@ -100,7 +100,7 @@ Scene scene_of_lamps() {
 class StartProbe {
  public:
   StartProbe() : scene_(scene_of_lamps()), settings_(with_paths()), features_(scene_, settings_) {
-    packed_ = pack_scene(scene_, features_, settings_);
+    packed_ = pack_in_world(scene_, features_, settings_);
     std::ostringstream text;
     text << std::ifstream(EIKON_SOURCE_DIR "/tests/kernels/lights/light_start_probes.cl").rdbuf();
     probe_.emplace(lamp_probe("light_start", features_));

@@ -101,7 +101,7 @@ struct Packed {
   PackedScene scene;
   explicit Packed(const Scene& from) : Packed(from, from) {}
   Packed(const Scene& from, const Scene& larger)
-      : features(larger, settings), scene(pack_scene(from, features, settings)) {}
+      : features(larger, settings), scene(pack_in_world(from, features, settings)) {}
 };
 
 }  // namespace eikon

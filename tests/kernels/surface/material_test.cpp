@@ -84,7 +84,7 @@ struct Shelf {
 
   [[nodiscard]] PackedScene pack() const {
     const Settings settings;
-    return pack_scene(scene, Features(scene, settings), settings);
+    return pack_in_world(scene, Features(scene, settings), settings);
   }
 };
 

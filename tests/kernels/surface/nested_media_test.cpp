@@ -117,7 +117,7 @@ struct Solids {
     const Settings settings;
     const Features features(scene, settings);
     EXPECT_TRUE(features.has(Feature::nested_media));
-    packed = pack_scene(scene, features, settings);
+    packed = pack_in_world(scene, features, settings);
   }
 
   [[nodiscard]] Probe probe() const {

@@ -138,7 +138,7 @@ struct Packed {
   PackedScene scene;
   Packed(const Scene& from, bool two_level) : features(from, settings) {
     features.set_two_level(two_level, "the test");
-    scene = pack_scene(from, features, settings);
+    scene = pack_in_world(from, features, settings);
   }
   /// The index of each instance's first triangle if the mesh were stored for each.
   [[nodiscard]] ProbeHit flat(ProbeHit hit) const {
