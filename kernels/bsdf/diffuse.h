@@ -8,7 +8,8 @@
 
 EK_FN BsdfValue diffuse_evaluate(MaterialLanes m, v3 wo, v3 wi) {
   const vi above = (wo.z > 0.0f) & (wi.z > 0.0f);
-  const vf f = above ? (wi.z * EK_INV_PI) * diffuse_terminator(m, wi) : (vf)(0.0f);
+  vf f = above ? wi.z * EK_INV_PI : (vf)(0.0f);
+  if (EK_USES_GEOMETRIC_NORMAL) f = f * diffuse_terminator(m, wi);
   BsdfValue value = {scale3(m.base_color, f), above ? diffuse_pdf(m, wi) : (vf)(0.0f)};
   return value;
 }
