@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What keeps relative errors of dark pixels finite.
+// The epsilon of relative errors, which keeps those of dark pixels finite.
 #pragma once
 
 namespace eikon {

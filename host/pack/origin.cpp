@@ -16,26 +16,24 @@ namespace {
 // and keep the coordinates of their file.
 constexpr double kFar = 32;
 
-/// Calls visit with points of the world whose box contains all that has a place.
-template <class Visit>
-void for_each_corner(const Scene& scene, const Visit& visit) {
+/// A box around all that has a place in the world. world_bounds() is tighter, but looks at each
+/// vertex of each instance; this looks at each mesh once.
+Bounds bounds_of(const Scene& scene) {
+  Bounds bounds;
   std::vector<Bounds> of_mesh(scene.meshes.size());
   for (const Node& node : scene.nodes) {
     Bounds& own = of_mesh[node.mesh];
     if (own.empty())
       for (const Primitive& primitive : scene.meshes[node.mesh].primitives)
         for (const glm::vec3& p : primitive.positions_object) grow(own, glm::dvec3(p));
-    for (int corner = 0; corner < 8 && !own.empty(); ++corner) {
-      const glm::dvec3 at((corner & 1) != 0 ? own.hi.x : own.lo.x, (corner & 2) != 0 ? own.hi.y : own.lo.y,
-                          (corner & 4) != 0 ? own.hi.z : own.lo.z);
-      visit(glm::dvec3(node.world_from_object * glm::dvec4(at, 1)));
-    }
+    grow(bounds, node.world_from_object, own);
   }
   for (const Shape& shape : scene.shapes) {
     const OwnShape own = own_shape(is_endless(shape) ? bounded_piece(shape) : shape);
-    visit(own.center - own.half);
-    visit(own.center + own.half);
+    grow(bounds, own.center - own.half);
+    grow(bounds, own.center + own.half);
   }
+  return bounds;
 }
 
 void move(Scene& scene, const glm::dvec3& by) {
@@ -55,8 +53,7 @@ std::shared_ptr<const Scene> moved(const Scene& scene, const glm::dvec3& by) {
 }  // namespace
 
 glm::dvec3 origin_of(const Scene& scene) {
-  Bounds bounds;
-  for_each_corner(scene, [&](const glm::dvec3& p) { grow(bounds, p); });
+  const Bounds bounds = bounds_of(scene);
   if (bounds.empty()) return glm::dvec3(0);
   const glm::dvec3 center = 0.5 * (bounds.lo + bounds.hi);
   const double radius = 0.5 * glm::length(bounds.hi - bounds.lo), away = glm::length(center);

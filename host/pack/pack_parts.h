@@ -30,6 +30,15 @@ inline void grow(Bounds& bounds, const glm::dvec3& p) {
   bounds.hi = glm::max(bounds.hi, p);
 }
 
+/// Grows them by a box of another space.
+inline void grow(Bounds& bounds, const glm::dmat4& world_from_own, const Bounds& own) {
+  for (int corner = 0; corner < 8 && !own.empty(); ++corner) {
+    const glm::dvec3 at((corner & 1) != 0 ? own.hi.x : own.lo.x, (corner & 2) != 0 ? own.hi.y : own.lo.y,
+                        (corner & 4) != 0 ? own.hi.z : own.lo.z);
+    grow(bounds, glm::dvec3(world_from_own * glm::dvec4(at, 1)));
+  }
+}
+
 /// down: the largest float that is not above x; up: the smallest that is not below.
 [[nodiscard]] inline float down(double x) {
   const auto f = float(x);

@@ -21,9 +21,9 @@ inline constexpr std::uint32_t kWorkGroup = EK_WORK_GROUP;  // work-items of a w
   return std::uint32_t((a + b - 1) / b);
 }
 
-/// How one device runs the stages, defaults filled in. A CPU device takes the paths of a unit in
-/// chunks: one work-item runs a stage over all paths of a chunk, some lanes at a time. A GPU has
-/// one work-item for each path.
+/// The way in which one device runs the stages, defaults filled in. A CPU device takes the paths of
+/// a unit in chunks: one work-item runs a stage over all paths of a chunk, some lanes at a time. A
+/// GPU has one work-item for each path.
 struct WavefrontConfig {
   std::uint32_t lanes = 1;     // paths that one work-item traces in step: 1, 8 or 16
   bool chunked = false;        // false: as for GPUs, and all paths of a unit form one chunk

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a replay reports of a single sample of a pixel (--pixel --sample): the vertices of its path,
-// and the light it brings.
+// A replay of a single sample of a pixel (--pixel --sample) reports the vertices of its path, and
+// the light that it brings.
 #pragma once
 #include <cstdint>
 #include <glm/glm.hpp>

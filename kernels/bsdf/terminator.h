@@ -17,13 +17,12 @@ EK_FN vf terminator_factor(vf cos_geom, vf cos_shade, vf cos_between) {
   return ((g - g * g) + 1.0f) * g;
 }
 
-/// terminator_factor of what a diffuse surface of shading normal +z reflects to or from wi; 1 for
-/// what it transmits.
+/// terminator_factor of what a diffuse surface of shading normal +z reflects to or from wi. Callers
+/// leave transmitted light as it is.
 EK_FN vf diffuse_terminator(MaterialLanes m, v3 wi) {
 #if EK_USES_GEOMETRIC_NORMAL
   if (!m.has_n_geom) return (vf)(1.0f);
-  const vf factor = terminator_factor(dot3(m.n_geom, wi), wi.z, m.n_geom.z);
-  return wi.z > 0.0f ? factor : (vf)(1.0f);
+  return terminator_factor(dot3(m.n_geom, wi), wi.z, m.n_geom.z);
 #else
   (void)m;
   (void)wi;

@@ -192,6 +192,7 @@ EK_FN vf glass_total(Glass g) {
 }
 
 EK_FN BsdfValue transmission_value(MaterialLanes m, Glass g, v3 wo, v3 wi) {
+  const vf fade = diffuse_terminator(m, wi);  // here, since behind the rest it costs a GPU four registers more
   const vi below = wi.z < 0.0f;
   const vi refracts = below & m.solid;
   const v3 wi_above = V3(wi.x, wi.y, abs_f(wi.z));
@@ -214,7 +215,6 @@ EK_FN BsdfValue transmission_value(MaterialLanes m, Glass g, v3 wo, v3 wi) {
   const vf p_reflect = glass_reflects(mean_component(f), g.tint);
   const v3 layer = surface_reflectance(m, g.f0, g.f90, g.shares, cos_o_h);
   const vf total = glass_total(g);
-  const vf fade = diffuse_terminator(m, wi);
   BsdfValue above;
   above.f = add3(scale3(add3(layer, scale3(f, g.share)), spread * glossy_terminator(fade, m.ggx_alpha)),
                  scale3(diffuse_part(g.base, cos_i, length_i), fade));

@@ -267,7 +267,7 @@ Animation read_or_leave_out(AnimationReader& reader, std::size_t index, const An
 }
 
 /// Reads all animations. Returns those that are sound and asked for: `wanted`, or without it all.
-/// Of the others nothing is said.
+/// Nothing is said of the others.
 std::vector<Animation> read_all(const AnimationSource& source, bool none, std::optional<std::size_t> wanted,
                                 Scene& scene) {
   Notes silent;

@@ -23,12 +23,7 @@ double diagonal(const Bounds& bounds) { return glm::length(bounds.hi - bounds.lo
 void add_primitive(const Node& node, const Primitive& primitive, Bounds& bounds) {
   Bounds own;
   for (const glm::vec3& p : primitive.positions_object) grow(own, glm::dvec3(p));
-  if (primitive.positions_object.empty()) return;
-  for (int corner = 0; corner < 8; ++corner) {
-    const glm::dvec3 at((corner & 1) != 0 ? own.hi.x : own.lo.x, (corner & 2) != 0 ? own.hi.y : own.lo.y,
-                        (corner & 4) != 0 ? own.hi.z : own.lo.z);
-    grow(bounds, glm::dvec3(node.world_from_object * glm::dvec4(at, 1)));
-  }
+  grow(bounds, node.world_from_object, own);
 }
 
 // True if the extent of all emissive meshes is small beside the extent of all meshes.

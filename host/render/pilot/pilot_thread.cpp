@@ -82,7 +82,7 @@ class PilotWork : public PilotSteps {
     if (!unwanted_ && (stop.load() || now_s >= latest_s)) unwanted_ = true, unwanted_s_ = now_s;
     return is_late(now_s) || (unwanted_ && now_s - unwanted_s_ > kPatience_s);
   }
-  /// What run() has rendered, once it has ended; nothing if nobody wanted it any more.
+  /// Takes what run() has rendered, once it has ended; nothing if nobody wanted it any more.
   [[nodiscard]] std::optional<Pilot> result() { return std::move(pilot_); }
   /// After gives_up() has returned true: says what hangs, or is empty if the thread is only left
   /// because nobody wants its pilot any more.
