@@ -20,7 +20,7 @@ CLANG = os.environ.get("CLANG", "clang-14")
 LAYOUTS = re.findall(r"^EK_(?:LAYOUT|CELLS)\((\w+)", (ROOT / "kernels/shared/layouts.def").read_text(), re.M)
 ARRAYS = ["triangle_normals", "triangle_tangents", "triangle_colors", "material_extensions", "material_details", "textures", "texels"]
 # Headers of single features, by their paths in kernels/.
-FEATURES = re.compile(r"bsdf/(?!bsdf\.|diffuse\.|lobe\.).*|lanes/pose_step\..*|"
+FEATURES = re.compile(r"bsdf/(?!bsdf\.|diffuse\.|lobe\.|lobe_traits\.).*|lanes/pose_step\..*|"
                       r"lights/(environment_map|moving_light|photon_map|punctual|shape_.*|light_tree)\..*|"
                       r"shapes/(?!classical|implicit).*|stages/(shade/)?(merge|raycast)\..*|"
                       r"surface/(alpha|dispersion|medium|motion|nested_media|shading_normal|texture)\..*")

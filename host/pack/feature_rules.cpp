@@ -57,15 +57,10 @@ Need lobe_rule(const SceneFacts& facts) {
 
 bool is_coated(const Material& m) { return m.clearcoat > 0; }
 bool has_sheen(const Material& m) { return m.sheen_color != glm::vec3(0); }
-bool has_microfacets(const Material& m) {
-  const Lobe lobe = lobe_of(m);
-  return lobe == Lobe::metallic_roughness || lobe == Lobe::transmission || lobe == Lobe::conductor;
-}
+bool has_microfacets(const Material& m) { return has_trait(m, EK_TRAIT_MICROFACETS); }
 bool is_anisotropic(const Material& m) { return m.anisotropy > 0 && has_microfacets(m); }
-bool is_translucent(const Material& m) { return m.diffuse_transmission > 0 && lobe_of(m) == Lobe::transmission; }
-bool disperses(const Material& m) {
-  return m.dispersion > 0 && m.solid && m.ior > 1 && lobe_of(m) == Lobe::transmission;
-}
+bool is_translucent(const Material& m) { return m.diffuse_transmission > 0 && has_trait(m, EK_TRAIT_TRANSMITS); }
+bool disperses(const Material& m) { return m.dispersion > 0 && is_solid(m) && m.ior > 1; }
 bool has_solid_specular(const Material& m) {
   return is_solid(m) &&
          (m.specular != 1 || m.specular_color != glm::vec3(1) || m.specular_texture || m.specular_color_texture);
@@ -87,12 +82,11 @@ bool differ(const Material& a, const Material& b) {
 
 Need material_extension(const SceneFacts& facts) {
   return if_some_material(facts, "no specular, transmission, volume or table", [](const Material& m) {
-    const Lobe lobe = lobe_of(m);
-    if (lobe == Lobe::transmission || lobe == Lobe::measured) return true;
+    if (has_trait(m, EK_TRAIT_TRANSMITS) || lobe_of(m) == Lobe::measured) return true;
     Material usual;
     usual.transmission = m.transmission;  // of metal, where it does not count
     usual.transmission_texture = m.transmission_texture;
-    if (lobe == Lobe::diffuse) {  // nor do these
+    if (has_trait(m, EK_TRAIT_LAMBERT)) {  // nor do these
       usual.specular = m.specular;
       usual.specular_color = m.specular_color;
     }
@@ -113,10 +107,8 @@ Need material_detail(const SceneFacts& facts) {
 Need energy_compensation(const SceneFacts& facts) {
   if (!facts.settings.energy_compensation) return {false, "--energy-compensation"};
   return if_some_material(facts, "no rough metal or glass", [](const Material& m) {
-    const Lobe lobe = lobe_of(m);
-    return (m.roughness > 0 || m.metallic_roughness_texture) &&
-           (lobe == Lobe::conductor || lobe == Lobe::transmission ||
-            (lobe == Lobe::metallic_roughness && m.metallic > 0));
+    return (m.roughness > 0 || m.metallic_roughness_texture) && has_microfacets(m) &&
+           (has_trait(m, EK_TRAIT_METAL | EK_TRAIT_TRANSMITS) || m.metallic > 0);
   });
 }
 
@@ -244,7 +236,7 @@ struct Rule {
 };
 
 constexpr Rule kRules[] = {
-#define EK_LOBE(name, bit) {Feature::name, lobe_rule<Lobe::name>},
+#define EK_LOBE(name, bit, traits) {Feature::name, lobe_rule<Lobe::name>},
 #define EK_LIGHT(name, bit) {Feature::name, light_rule<LightKind::name>},
 #define EK_SHAPE_KIND(name, bit) {Feature::name, shape_rule<ShapeKind::name>},
 #include "shared/features.def"

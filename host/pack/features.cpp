@@ -26,7 +26,7 @@ Features::Features(const Scene& scene, const Settings& settings)
   };
   // Numbers of channels in features.def are expressions of these two.
   const int EK_BOUNCE_BINS = int(scatter_bounds_.size()) + 1, EK_LIGHT_GROUPS = int(light_groups_.size());
-#define EK_LOBE(name, bit) add("lobe", #name, 0);
+#define EK_LOBE(name, bit, traits) add("lobe", #name, 0);
 #define EK_LIGHT(name, bit) add("light", #name, 0);
 #define EK_SHAPE_KIND(name, bit) add("shape", #name, 0);
 #define EK_OPTION(name) add("option", #name, 0);

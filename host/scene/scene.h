@@ -76,7 +76,7 @@ struct Texture {
 /// The lobes of kernels/shared/features.def. The value is the bit of MaterialRecord.flags that
 /// names the lobe to kernels.
 enum class Lobe : std::uint32_t {
-#define EK_LOBE(name, bit) name = bit,
+#define EK_LOBE(name, bit, traits) name = bit,
 #include "shared/features.def"
 };
 

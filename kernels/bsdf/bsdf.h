@@ -28,12 +28,12 @@
 
 // With EK_HAS_uniform_scatter this mask tells which lanes replace their own sampling: Lambert's
 // alone, since no other lobe can be sampled uniformly at a bearable variance.
-EK_FN vi scatters_uniformly(MaterialLanes m) { return (m.lobes & (1u << LOBE_diffuse)) != 0u; }
+EK_FN vi scatters_uniformly(MaterialLanes m) { return has_trait(m.lobes, EK_TRAIT_LAMBERT); }
 
 // eval and pdf of the lobe of m, without the layers on it.
 EK_FN BsdfValue lobe_evaluate(MaterialLanes m, v3 wo, v3 wi) {
   BsdfValue value = {V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f)), (vf)(0.0f)};
-#define EK_LOBE(name, bit)                                 \
+#define EK_LOBE(name, bit, traits)                                 \
   if (EK_HAS_##name) {                                     \
     const vi has = (m.lobes & (1u << bit)) != 0u;          \
     if (ANY(has)) {                                        \
@@ -70,7 +70,7 @@ EK_FN v3 bsdf_eval(MaterialLanes m, v3 wo, v3 wi) { return bsdf_evaluate(m, wo, 
 // bsdf_sample without the layers on the lobe.
 EK_FN BsdfSample lobe_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choice) {
   BsdfSample s = {V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f)), V3((vf)(0.0f), (vf)(0.0f), (vf)(1.0f)), (vf)(0.0f), (vi)(0)};
-#define EK_LOBE(name, bit)                                              \
+#define EK_LOBE(name, bit, traits)                                              \
   if (EK_HAS_##name) {                                                  \
     const vi has = (m.lobes & (1u << bit)) != 0u;                       \
     if (ANY(has)) {                                                     \

@@ -72,7 +72,8 @@ EK_FN vf coat_terminator(MaterialLanes m, Coat k, v3 wi_local, vf cos_i) {
 EK_FN vi is_on_one_side(MaterialLanes m, v3 wi) {
 #if EK_HAS_clearcoat_normal
   const vf cos_geom = dot3(m.n_geom, wi);
-  const vi reflected = (cos_geom > 0.0f) & (wi.z > 0.0f), transmitted = EK_HAS_transmission ? (cos_geom < 0.0f) & (wi.z < 0.0f) : (vi)(0);
+  const vi reflected = (cos_geom > 0.0f) & (wi.z > 0.0f);
+  const vi transmitted = has_lobe_with(EK_TRAIT_TRANSMITS) ? (cos_geom < 0.0f) & (wi.z < 0.0f) : (vi)(0);
   return (m.clearcoat == 0.0f) | reflected | transmitted;
 #else
   (void)m;

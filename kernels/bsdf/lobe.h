@@ -2,6 +2,7 @@
 // The types that every lobe takes and returns (contract: bsdf.h).
 #ifndef EK_LOBE_H
 #define EK_LOBE_H
+#include "bsdf/lobe_traits.h"
 #include "lanes/math.h"
 #include "lanes/record_lanes.h"
 #include "lanes/warp.h"
@@ -14,7 +15,7 @@
 
 // The parameters of a material at a hit, one per lane (surface/material.h fills them in).
 typedef struct {
-  vu lobes;          // bit set of EK_LOBE
+  vu lobes;          // bit set of EK_LOBE (lobe_traits.h)
   v3 base_color;     // linear, [0, 1]
   vf metallic;       // [0, 1]
   vf ggx_alpha;      // square of glTF's roughness
@@ -61,12 +62,6 @@ EK_FN void set_geometric_normal(MaterialLanes* m, v3 n_geom, int has_n_geom) {
   (void)has_n_geom;
 #endif
 }
-
-// Bits of MaterialLanes.lobes.
-enum {
-#define EK_LOBE(name, bit) LOBE_##name = bit,
-#include "shared/features.def"
-};
 
 typedef struct {
   v3 weight;  // eval / pdf

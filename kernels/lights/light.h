@@ -4,6 +4,7 @@
 // density of any light that rays can meet is available without sampling.
 #ifndef EK_LIGHT_H
 #define EK_LIGHT_H
+#include "bsdf/lobe_traits.h"
 #include "lanes/basis.h"
 #include "lanes/warp.h"
 #include "guide/guide.h"
@@ -66,7 +67,7 @@ typedef struct {
 #define EK_LIGHT_DATA {lights, light_alias_table, environment_texels, environment_alias_table EK_TREE_DATA EK_LIGHT_POSE_DATA EK_LIGHT_PATH_DATA EK_PHOTON_DATA EK_GUIDE_DATA}
 
 // True if light may count from below a shading point's z.
-#define EK_USES_BOTH_SIDES (EK_HAS_transmission | EK_HAS_clearcoat_normal)
+#define EK_USES_BOTH_SIDES (has_lobe_with(EK_TRAIT_TRANSMITS) | EK_HAS_clearcoat_normal)
 
 /// Density with which light_sample chooses a direction towards the constant environment.
 /// probability  of choosing the environment (Frame.environment.w)

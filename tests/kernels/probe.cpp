@@ -39,7 +39,7 @@ bool off_unless_asked(std::string_view name) {
 
 Defines default_defines() {
   return {
-#define EK_LOBE(name, bit) {"EK_HAS_" #name, "1"},
+#define EK_LOBE(name, bit, traits) {"EK_HAS_" #name, "1"},
 #define EK_LIGHT(name, bit) {"EK_HAS_" #name, "1"},
 #define EK_OPTION(name) {"EK_HAS_" #name, off_unless_asked(#name) ? "0" : "1"},
 #define EK_SHAPE_KIND(name, bit) {"EK_HAS_" #name, "0"},

@@ -185,18 +185,15 @@ float aim_within_bounds(float aim) { return std::clamp(aim, 0x1p-10F, 0x1p19F); 
 
 bool is_specular_light_target(const Material& material) {
   if (material.unlit || material.roughness > kSmoothRoughness) return false;
-  const Lobe lobe = lobe_of(material);
-  return lobe == Lobe::conductor ||
-         (lobe == Lobe::transmission && (material.transmission > 0 || material.metallic > 0)) ||
-         (lobe == Lobe::metallic_roughness && material.metallic > 0);
+  return has_trait(material, EK_TRAIT_METAL) || (has_trait(material, EK_TRAIT_METALLIC) && material.metallic > 0) ||
+         (has_trait(material, EK_TRAIT_TRANSMITS) && material.transmission > 0);
 }
 
 bool is_glossy_light_target(const Material& material) {
   if (material.unlit || !(material.roughness > kSmoothRoughness && material.roughness <= kMostRoughness)) return false;
-  const Lobe lobe = lobe_of(material);
-  const bool is_metal = material.metallic >= kLeastSpecularShare;
-  return lobe == Lobe::conductor || (lobe == Lobe::metallic_roughness && is_metal) ||
-         (lobe == Lobe::transmission && (is_metal || material.transmission >= kLeastSpecularShare));
+  return has_trait(material, EK_TRAIT_METAL) ||
+         (has_trait(material, EK_TRAIT_METALLIC) && material.metallic >= kLeastSpecularShare) ||
+         (has_trait(material, EK_TRAIT_TRANSMITS) && material.transmission >= kLeastSpecularShare);
 }
 
 bool is_light_target(const Material& material) {

@@ -49,19 +49,30 @@ Lobe lobe_of(const Material& material) {
   return Lobe::diffuse;
 }
 
-bool is_solid(const Material& material) { return material.solid && lobe_of(material) == Lobe::transmission; }
+bool has_trait(const Material& material, std::uint32_t wanted) {
+  std::uint32_t of_lobe = 0;
+  switch (lobe_of(material)) {
+#define EK_LOBE(name, bit, traits) \
+  case Lobe::name:                 \
+    of_lobe = traits;              \
+    break;
+#include "shared/features.def"
+  }
+  return (of_lobe & wanted) != 0;
+}
+
+bool is_solid(const Material& material) { return material.solid && has_trait(material, EK_TRAIT_TRANSMITS); }
 
 bool is_single_sided(const Material& material) {
-  return !material.double_sided && lobe_of(material) != Lobe::transmission;
+  return !material.double_sided && !has_trait(material, EK_TRAIT_TRANSMITS);
 }
 
 std::uint32_t shading_class(const Material& material, const Primitive* primitive) {
-  const Lobe lobe = lobe_of(material);
-  if (lobe == Lobe::transmission) return SHADING_TRANSMISSIVE;
+  if (has_trait(material, EK_TRAIT_TRANSMITS)) return SHADING_TRANSMISSIVE;
   const bool bare = material.clearcoat == 0 && material.sheen_color == glm::vec3(0) && textures_of(material).empty();
   const bool flat = primitive == nullptr || (primitive->normals_object.empty() && primitive->tangents_object.empty() &&
                                              primitive->colors.empty());
-  return lobe == Lobe::diffuse && bare && flat ? SHADING_FLAT_LAMBERT : SHADING_OPAQUE;
+  return has_trait(material, EK_TRAIT_LAMBERT) && bare && flat ? SHADING_FLAT_LAMBERT : SHADING_OPAQUE;
 }
 
 std::uint32_t surface_flags(const Material& material, const Primitive* primitive) {

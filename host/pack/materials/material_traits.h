@@ -6,12 +6,17 @@
 #include <vector>
 
 #include "scene/scene.h"
+#include "shared/lobe_traits.h"
 
 namespace eikon {
 
 /// The lobe that scatters as this material does. A material has one, and coat and sheen lie over
 /// it.
 [[nodiscard]] Lobe lobe_of(const Material& material);
+
+/// Tells whether the material's lobe has one of the traits of kernels/shared/lobe_traits.h.
+/// wanted  a bit set of EK_TRAIT_*
+[[nodiscard]] bool has_trait(const Material& material, std::uint32_t wanted);
 
 /// True if the material's surfaces are the boundary of something that light goes into.
 [[nodiscard]] bool is_solid(const Material& material);

@@ -8,6 +8,7 @@
 #include "pack/lights/light_kind.h"
 #include "render/pilot/guiding_pilot.h"
 #include "render/pilot/light_trial.h"
+#include "shared/lobe_traits.h"
 
 namespace eikon {
 namespace {
@@ -27,7 +28,10 @@ bool wants_light_trial(const Features& features, const Settings& settings) {
 /// Returns true if there is something in the scene that the pilot of the settings could guide.
 bool wants_guiding(const Features& features, const Settings& settings) {
   const bool lit = features.has(Feature::next_event) || features.has(Feature::bsdf_emission);
-  const bool diffuse = features.has(Feature::diffuse) || features.has(Feature::metallic_roughness);
+  bool diffuse = false;
+#define EK_LOBE(name, bit, traits) \
+  diffuse |= ((traits) & (EK_TRAIT_LAMBERT | EK_TRAIT_GUIDED)) != 0 && features.has(Feature::name);
+#include "shared/features.def"
   if (settings.pilot_paths == 0 || settings.guide != nullptr || !lit || !diffuse) return false;
   // Caustics of small lights are rare events, which a pilot of this size does not see: its tables
   // then lead away from them, and it cannot tell what that costs. Light paths bring those that they

@@ -163,7 +163,7 @@ EK_FN ScatteredPath light_scatter(const ShadeContext* c, const PathHit* hit, con
   const vf shade_light = abs_f(point->wo.z), shade_next = abs_f(next.wi.z);
   // Of delta scattering: the weight of the adjoint BSDF over that of the sample.
   vf adjoint = div_f(geom_next * shade_light, geom_light * shade_next);
-  if (EK_HAS_transmission) {
+  if (has_lobe_with(EK_TRAIT_TRANSMITS)) {
     const vi refracted = point->material.solid & (next.wi.z < 0.0f);
     adjoint = adjoint * (refracted ? point->material.eta * point->material.eta : (vf)(1.0f));
   }

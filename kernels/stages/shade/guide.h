@@ -17,10 +17,10 @@
 /// path, and sets both in `point`.
 EK_FN void guide_point(const ShadeContext* c, const PathHit* hit, ShadingPoint* point) {
   constant Frame* frame = c->stage.frame;
-  point->is_diffuse = (point->material.lobes & (1u << LOBE_diffuse)) != 0u;
+  point->is_diffuse = has_trait(point->material.lobes, EK_TRAIT_LAMBERT);
   point->is_guided = point->is_diffuse;
-  if (EK_HAS_metallic_roughness) {
-    const vi is = (point->material.lobes & (1u << LOBE_metallic_roughness)) != 0u;
+  if (has_lobe_with(EK_TRAIT_GUIDED)) {
+    const vi is = has_trait(point->material.lobes, EK_TRAIT_GUIDED);
     point->is_diffuse = point->is_diffuse | (is & (point->material.metallic < EK_DIFFUSE_METALLIC));
     point->is_guided = point->is_diffuse | (is & (point->material.ggx_alpha >= EK_GUIDED_ALPHA));
   }

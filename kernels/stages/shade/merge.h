@@ -26,11 +26,10 @@
 EK_FN vi is_purely_delta(const MaterialLanes* m) {
   if (EK_LAYERED) return (vi)(0);
   vi only = (vi)(0);
-  if (EK_HAS_transmission)
-    only = only | (((m->lobes & (1u << LOBE_transmission)) != 0u) & ((m->transmission >= 1.0f) | (m->metallic >= 1.0f)));
-  if (EK_HAS_metallic_roughness)
-    only = only | (((m->lobes & (1u << LOBE_metallic_roughness)) != 0u) & (m->metallic >= 1.0f));
-  if (EK_HAS_conductor) only = only | ((m->lobes & (1u << LOBE_conductor)) != 0u);
+  if (has_lobe_with(EK_TRAIT_TRANSMITS))
+    only = only | (has_trait(m->lobes, EK_TRAIT_TRANSMITS) & (m->transmission >= 1.0f));
+  if (has_lobe_with(EK_TRAIT_METALLIC)) only = only | (has_trait(m->lobes, EK_TRAIT_METALLIC) & (m->metallic >= 1.0f));
+  if (has_lobe_with(EK_TRAIT_METAL)) only = only | has_trait(m->lobes, EK_TRAIT_METAL);
   return only & is_smooth(*m);
 }
 

@@ -5,12 +5,6 @@
 #define EK_SHADE_SCATTER_H
 #include "stages/shade/shading_frame.h"
 
-// True if some material scatters in several ways, so that a random number has to choose one.
-enum {
-  HAS_LOBE_CHOICE = EK_LAYERED | EK_HAS_energy_compensation
-#define EK_LOBE(name, bit) | (EK_HAS_##name & (bit != LOBE_diffuse && bit != LOBE_conductor))
-#include "shared/features.def"
-};
 // Survival over throughput: paths that carry more than a third go on. kernels/EXPERIMENTS.md has
 // what this, the depth and the probability below gain over roulette in proportion to throughput.
 #define EK_ROULETTE_GAIN 3.0f
@@ -34,12 +28,15 @@ typedef struct {
 #endif
 } ScatteredPath;
 
+/// Whether some material scatters in several ways, so that a random number has to choose one.
+EK_FN int needs_choice(void) { return EK_LAYERED | EK_HAS_energy_compensation | has_lobe_with(EK_TRAIT_CHOICE); }
+
 /// Samples the BSDF; null interfaces are passed straight on. beta: is the sample's weight
 EK_FN ScatteredPath scatter_direction(const ShadeContext* c, const PathHit* hit, const ShadingPoint* point) {
   const vi is_null = point->interface.is_null;
   vf u, v, choice = (vf)(0.0f), unused;
   sample_2d(point->key, point->index, bounce_dimension(c->depth, DIM_SCATTER), &u, &v);
-  if (HAS_LOBE_CHOICE) sample_2d(point->key, point->index, bounce_dimension(c->depth, DIM_CHOICE), &choice, &unused);
+  if (needs_choice()) sample_2d(point->key, point->index, bounce_dimension(c->depth, DIM_CHOICE), &choice, &unused);
   BsdfSample sample = bsdf_sample(point->material, point->wo, u, v, choice);
   ScatteredPath next;
   next.dir = to_world(point->basis, sample.wi);
@@ -73,7 +70,7 @@ EK_FN vf throughput_survival(const ShadeContext* c, const PathHit* hit, const Sh
   vf rr_throughput = max_component(abs3(next->beta));
   // Throughput is compared as it would be outside of all solids: a third of the paths that enter
   // glass would end there for nothing.
-  if (EK_HAS_transmission) {
+  if (has_lobe_with(EK_TRAIT_TRANSMITS)) {
     const vi transmitted = is_transmitted(point, next->wi, next->dir);
     rr_throughput = rr_throughput * (EK_HAS_nested_media
                                          ? media_radiance_outside(c->scene, next->medium)

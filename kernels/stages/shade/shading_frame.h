@@ -17,7 +17,7 @@ EK_FN v3 hit_raw_normal(const ShadeContext* c, const PathHit* hit, const HitMate
 /// Mask of the surfaces with a lobe other than Lambert's, or with a coat. Of these usable_normal
 /// keeps the mirror direction above the surface, too.
 EK_FN vi is_glossy(const HitMaterial* material) {
-  const vi glossy = material->bsdf.lobes != (1u << LOBE_diffuse);
+  const vi glossy = !has_trait(material->bsdf.lobes, EK_TRAIT_LAMBERT);
   return EK_HAS_clearcoat ? glossy | (material->bsdf.clearcoat > 0.0f) : glossy;
 }
 
@@ -83,7 +83,7 @@ EK_FN void shading_frame(const ShadeContext* c, const PathHit* hit, const HitMat
   if (EK_HAS_anisotropy)
     point->basis = basis_along(point->basis, anisotropy_direction(*material, hit->attributes, n_front));
   point->wo = to_local(point->basis, wo_world);
-  point->both_sides = (point->material.lobes & (1u << LOBE_transmission)) != 0u;
+  point->both_sides = has_trait(point->material.lobes, EK_TRAIT_TRANSMITS);
   const v3 up = V3((vf)(0.0f), (vf)(0.0f), (vf)(1.0f));
   set_geometric_normal(&point->material, select3(point->is_flat_lambert, up, to_local(point->basis, point->n_geom)), point->needs_attributes);
   v3 n_light = point->n_shade;
@@ -129,7 +129,7 @@ EK_FN vi is_transmitted(const ShadingPoint* point, v3 wi, v3 wi_world) {
 EK_FN vi is_on_geometric_side(const ShadingPoint* point, v3 wi, vf cos_geom) {
   const vi above = EK_HAS_clearcoat_normal ? bsdf_has_sides(point) | (wi.z > 0.0f) : wi.z > 0.0f;
   const vi reflected = above & (cos_geom > 0.0f);
-  if (!EK_HAS_transmission) return reflected;
+  if (!has_lobe_with(EK_TRAIT_TRANSMITS)) return reflected;
   return reflected | ((wi.z < 0.0f) & (cos_geom < 0.0f));
 }
 

@@ -24,7 +24,7 @@ double cos_deg(double degrees) { return std::cos(degrees * std::numbers::pi / 18
 
 /// One specimen with the lobe of a name of features.def.
 Specimen specimen_of(const std::string& name, const ProbeMaterial& material, bool front = true) {
-#define EK_LOBE(lobe, bit) \
+#define EK_LOBE(lobe, bit, traits) \
   if (name == #lobe) return {#lobe, bit, material, front};
 #include "shared/features.def"
   throw std::logic_error("no such lobe");

@@ -99,7 +99,7 @@ std::vector<Specimen> measured_specimens(unsigned, float) { return {}; }
 
 /// glTF's materials with anisotropy.
 std::vector<Specimen> anisotropic_specimens(float roughness) {
-#define EK_LOBE(name, bit) [[maybe_unused]] constexpr unsigned name = bit;
+#define EK_LOBE(name, bit, traits) [[maybe_unused]] constexpr unsigned name = bit;
 #include "shared/features.def"
   ProbeMaterial steel{.base_color = {0.8F, 0.7F, 0.6F}, .metallic = 1, .roughness = roughness < 1 ? roughness : 0.5F};
   steel.roughness_x = std::min(1.0F, 1.7F * steel.roughness);
@@ -117,7 +117,7 @@ std::vector<Specimen> anisotropic_specimens(float roughness) {
 
 /// glTF's materials under thin films.
 std::vector<Specimen> filmy_specimens(float roughness) {
-#define EK_LOBE(name, bit) [[maybe_unused]] constexpr unsigned name = bit;
+#define EK_LOBE(name, bit, traits) [[maybe_unused]] constexpr unsigned name = bit;
 #include "shared/features.def"
   ProbeMaterial soap{.base_color = {1, 1, 1}, .roughness = roughness};
   soap.iridescence = 1;
@@ -154,7 +154,7 @@ std::vector<Specimen> filmy_specimens(float roughness) {
 
 /// Materials of several lobes with layers on them.
 std::vector<Specimen> layered_specimens(float roughness) {
-#define EK_LOBE(name, bit) [[maybe_unused]] constexpr unsigned name = bit;
+#define EK_LOBE(name, bit, traits) [[maybe_unused]] constexpr unsigned name = bit;
 #include "shared/features.def"
   const ProbeMaterial paint{.base_color = {0.6F, 0.1F, 0.05F}, .roughness = 0.5F};
   ProbeMaterial lacquer = paint, tilted = paint, leaning = paint, velvet = paint, white = paint, both = paint,
@@ -255,14 +255,14 @@ MaterialDetail detail_of(const Specimen& s) {
 }  // namespace
 
 float Specimen::narrowest() const {
-#define EK_LOBE(name, bit) [[maybe_unused]] constexpr unsigned name = bit;
+#define EK_LOBE(name, bit, traits) [[maybe_unused]] constexpr unsigned name = bit;
 #include "shared/features.def"
   return std::min(lobe == diffuse ? 1 : material.roughness, material.clearcoat > 0 ? material.clearcoat_roughness : 1);
 }
 
 std::vector<Specimen> specimens(float roughness) {
   std::vector<Specimen> all;
-#define EK_LOBE(name, bit) \
+#define EK_LOBE(name, bit, traits) \
   for (Specimen & s : name##_specimens(bit, roughness)) all.push_back(std::move(s));
 #include "shared/features.def"
   for (Specimen& s : layered_specimens(roughness)) all.push_back(std::move(s));
@@ -273,7 +273,7 @@ std::vector<Specimen> specimens(float roughness) {
 
 Probe thin_film_probe() {
   Probe probe("bsdf");
-#define EK_LOBE(name, bit) probe.define("EK_HAS_" #name, "0");
+#define EK_LOBE(name, bit, traits) probe.define("EK_HAS_" #name, "0");
 #define EK_LIGHT(name, bit) probe.define("EK_HAS_" #name, "0");
 #define EK_OPTION(name) probe.define("EK_HAS_" #name, "0");
 #define EK_AOV(name, channels) probe.define("EK_HAS_" #name, "0");
@@ -353,7 +353,7 @@ static std::vector<std::string> not_needed(const std::vector<Specimen>& specimen
   const auto unless = [&](const char* name, auto has) {
     if (std::none_of(specimens.begin(), specimens.end(), has)) without.emplace_back(name);
   };
-#define EK_LOBE(name, bit) unless(#name, [](const Specimen& s) { return s.lobe == bit; });
+#define EK_LOBE(name, bit, traits) unless(#name, [](const Specimen& s) { return s.lobe == bit; });
 #include "shared/features.def"
   unless("clearcoat", [](const Specimen& s) { return s.material.clearcoat > 0; });
   unless("clearcoat_normal", [](const Specimen& s) { return s.material.clearcoat_normal[2] != 1; });

@@ -16,7 +16,7 @@
 namespace eikon::test {
 
 enum : unsigned {
-#define EK_LOBE(name, bit) kLobe_##name = bit,
+#define EK_LOBE(name, bit, traits) kLobe_##name = bit,
 #include "shared/features.def"
 };
 

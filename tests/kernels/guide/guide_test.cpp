@@ -45,7 +45,7 @@ std::vector<GuideCellData> some_cells() {
 constexpr std::size_t kSamples = 1 << 19;
 
 enum : unsigned {
-#define EK_LOBE(name, bit) kLobe_##name = bit,
+#define EK_LOBE(name, bit, traits) kLobe_##name = bit,
 #include "shared/features.def"
 };
 

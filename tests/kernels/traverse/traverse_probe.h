@@ -80,7 +80,7 @@ inline Frame frame_of(const std::vector<float>& soup) {
 /// Defines that say which features there are: diffuse surfaces, and opacity if asked for.
 inline std::map<std::string, std::string> feature_defines(bool opacity) {
   std::map<std::string, std::string> all = {
-#define EK_LOBE(name, bit) {"EK_HAS_" #name, "0"},
+#define EK_LOBE(name, bit, traits) {"EK_HAS_" #name, "0"},
 #define EK_LIGHT(name, bit) {"EK_HAS_" #name, "0"},
 #define EK_SHAPE_KIND(name, bit) {"EK_HAS_" #name, "0"},
 #define EK_OPTION(name) {"EK_HAS_" #name, "0"},
