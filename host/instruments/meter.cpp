@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "instruments/analytic_scenes.h"
+#include "pack/origin.h"
 
 namespace eikon {
 namespace {
@@ -16,7 +17,8 @@ namespace {
 // differs from that at its middle by the square of the ratio of its side to the distance of the
 // light.
 constexpr double kShareOfScene = 0x1p-14;
-// Least side as a share of its largest coordinate, so that rounding keeps its shape.
+// Least side as a share of its largest coordinate from the origin that the scene is packed around,
+// so that rounding keeps its shape.
 constexpr double kShareOfCoordinate = 0x1p-12;
 // Height above a surface on which it may lie, as a share of its side.
 constexpr double kLift = 0x1p-3;
@@ -26,7 +28,10 @@ double largest(const glm::dvec3& v) { return std::max({std::abs(v.x), std::abs(v
 double side_of_receiver(const Meter& meter, const Scene& scene) {
   const Bounds bounds = world_bounds(scene);
   const double size = bounds.empty() ? 0 : glm::length(bounds.hi - bounds.lo);
-  const double side = std::max(kShareOfScene * size, kShareOfCoordinate * largest(meter.at));
+  // A meter of radiance adds nothing to the scene.
+  const bool is_added = meter.quantity == Meter::Quantity::irradiance;
+  const glm::dvec3 origin = origin_of(scene, {&meter.at, is_added ? std::size_t{1} : 0});
+  const double side = std::max(kShareOfScene * size, kShareOfCoordinate * largest(meter.at - origin));
   return side > 0 ? side : kShareOfScene;
 }
 

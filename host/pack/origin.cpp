@@ -52,8 +52,9 @@ std::shared_ptr<const Scene> moved(const Scene& scene, const glm::dvec3& by) {
 
 }  // namespace
 
-glm::dvec3 origin_of(const Scene& scene) {
-  const Bounds bounds = bounds_of(scene);
+glm::dvec3 origin_of(const Scene& scene, std::span<const glm::dvec3> more) {
+  Bounds bounds = bounds_of(scene);
+  for (const glm::dvec3& point : more) grow(bounds, point);
   if (bounds.empty()) return glm::dvec3(0);
   const glm::dvec3 center = 0.5 * (bounds.lo + bounds.hi);
   const double radius = 0.5 * glm::length(bounds.hi - bounds.lo), away = glm::length(center);

@@ -3,6 +3,7 @@
 // it, so such a scene is packed around an origin of its own (PackedScene::origin).
 #pragma once
 #include <glm/glm.hpp>
+#include <span>
 
 #include "pack/settings.h"
 #include "scene/scene.h"
@@ -12,7 +13,8 @@ namespace eikon {
 /// The origin to pack a scene around, in world coordinates: 0 where the scene is not far from there
 /// for its size. It lies on a grid of a power of two, so that it stays where it is while small
 /// things move.
-[[nodiscard]] glm::dvec3 origin_of(const Scene& scene);
+/// more  points at which something will be added to the scene, world
+[[nodiscard]] glm::dvec3 origin_of(const Scene& scene, std::span<const glm::dvec3> more = {});
 
 /// The scene, with its poses, in coordinates that begin at `origin`.
 [[nodiscard]] Scene seen_from_origin(Scene scene, const glm::dvec3& origin);

@@ -95,7 +95,7 @@ ExitCode meter_command(MeterOptions options) {
     return ExitCode::done;
   }
   const auto& [meter, reading, paths] = *measured;
-  fmt::print("{} at ({:g}, {:g}, {:g}) {} ({:g}, {:g}, {:g}), {}, of {} paths\n", measured->quantity(), meter.at.x,
+  fmt::print("{} at ({}, {}, {}) {} ({:g}, {:g}, {:g}), {}, of {} paths\n", measured->quantity(), meter.at.x,
              meter.at.y, meter.at.z, measured->is_irradiance() ? "facing" : "from", meter.direction.x,
              meter.direction.y, meter.direction.z, measured->is_irradiance() ? "W/m^2 (lx)" : "W/(sr m^2) (cd/m^2)",
              paths);

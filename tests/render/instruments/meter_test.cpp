@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The light meter against radiometry's closed forms. Judged at significance 1 % per test.
 #include "instruments/meter.h"
+
+#include "pack/origin.h"
 #include "render/materials/glass_builder.h"
 #include "render/scene_builder.h"
 
@@ -58,6 +60,20 @@ TEST(Meter, L1_on_the_floor_below_a_square_lamp_and_beside_that_floor) {
     EXPECT_LT(reading.sigma.y, 2e-3);
   }
   EXPECT_EQ(measured(square_light(), facing({0, 0, 0}, {0, -1, 0})).value.y, 0);  // below the floor
+}
+
+TEST(Meter, reads_the_same_far_from_the_origin) {
+  const glm::dvec3 away(0x1p18, -0x1p19, 0x1p17);
+  const Scene near = square_light(), far = seen_from_origin(near, -away);
+  for (const auto quantity : {Meter::Quantity::irradiance, Meter::Quantity::radiance}) {
+    Meter here = facing({0, 0, 0}, {0, 1, 0}), there = facing(away, {0, 1, 0});
+    here.quantity = there.quantity = quantity;
+    const Reading expected = measured(near, here), reading = measured(far, there);
+    EXPECT_GT(expected.value.y, 0);
+    EXPECT_NEAR(reading.value.y, expected.value.y,
+                2.58 * std::hypot(reading.sigma.y, expected.sigma.y) + 1e-5 * expected.value.y);
+    EXPECT_LT(reading.sigma.y, 1.5 * expected.sigma.y + 1e-5 * expected.value.y);
+  }
 }
 
 TEST(Meter, traces_no_light_paths) {
