@@ -33,7 +33,7 @@ Json traced_path(const Scenery& scenery, const DevicePool& devices, const PixelS
   const ReadyScene scene{
       .packed = scenery.packed, .features = scenery.features, .devices = devices, .pilot = scenery.pilot};
   const ReplayedSample replayed = replay_path(scene, settings, scenery.execution, at, [&](const PathVertex& v) {
-    const glm::dvec3 from(v.origin), along(v.dir);
+    const glm::dvec3 from = v.origin, along(v.dir);
     if (vertices.empty()) add(from, nullptr);
     if (v.triangle != EK_NO_HIT)
       add(from + double(v.t) * along, v.t);

@@ -12,7 +12,7 @@ namespace eikon {
 /// An edge of the path, after stage `intersect`: from one vertex to the next.
 struct PathVertex {
   std::uint32_t depth = 0;     // of the edge; 1: from the camera
-  glm::vec3 origin;            // where the ray begins; world space, metres
+  glm::dvec3 origin;           // where the ray begins; world space, metres
   glm::vec3 dir;               // unit, world space
   glm::vec3 beta;              // throughput of the path before what the ray hits scatters it
   float t = 0;                 // distance to what the ray hits, metres

@@ -60,8 +60,8 @@ ReplayedSample Wavefront::replay(std::uint32_t x, std::uint32_t y, std::uint64_t
   const auto vector = [&](const char* field) { return glm::vec3(number(field), number(field, 1U), number(field, 2U)); };
   w.depths.replays_one_path = true;
   w.depths.after_intersect = [&](std::uint32_t depth) {
-    report({depth, glm::vec3(glm::dvec3(vector("origin")) + w.scene->origin), vector("dir"), vector("beta"),
-            number("hit_t"), w.path_word("hit_triangle")});
+    report({depth, glm::dvec3(vector("origin")) + w.scene->origin, vector("dir"), vector("beta"), number("hit_t"),
+            w.path_word("hit_triangle")});
   };
   const WorkUnit unit{{x, y, x + 1, y + 1}, sample, sample + 1};
   w.begin(unit);

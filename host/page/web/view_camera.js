@@ -16,6 +16,12 @@ function turned(v, axis, angle) {
   return add(add(scaled(v, c), scaled(cross(axis, v), s)), scaled(axis, dot(axis, v) * (1 - c)));
 }
 
+/** The numbers with as many decimals as steps of this size need. */
+function decimals(values, step) {
+  const places = Math.min(Math.max(Math.ceil(-Math.log10(step)), 0), 20);
+  return values.map((x) => Number(x.toFixed(places)));
+}
+
 class ViewCamera {
   /** camera: of the scene's outline; middle, radius: of the scene */
   constructor(camera, middle, radius) {
@@ -82,7 +88,12 @@ class ViewCamera {
 
   flags() {
     const text = (v) => v.map((x) => Number(x.toPrecision(7))).join(",");
+    // Scenes far from the origin have large coordinates of which the last digits matter.
+    const place = (v) => decimals(v, 1e-7 * Math.min(this.radius, this.distance)).join(',');
     const up = this.world[0] === 0 && this.world[1] === 1 && this.world[2] === 0 ? "" : ":" + text(this.world);
-    return { "--look-at": text(this.eye) + ":" + text(this.target) + up, "--fov": String(Number(this.fov.toPrecision(5))) };
+    return {
+      '--look-at': place(this.eye) + ':' + place(this.target) + up,
+      '--fov': String(Number(this.fov.toPrecision(5)))
+    };
   }
 }

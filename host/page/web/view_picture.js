@@ -84,11 +84,15 @@ function drawPath(path, x, y, [width, height]) {
   });
 }
 
-/** The vertices in words. radius: of the scene; less than a millionth of it is 0 */
+/** The vertices in words. radius: of the scene */
 function pathWords(path, radius) {
-  const figures = (values, least) => values.map((v) => (Math.abs(v) < least ? 0 : Number(v.toPrecision(3)))).join(", ");
-  const words = path.vertices.slice(1).map((v) => (v.distance === null ? "leaves the scene" : v.distance.toPrecision(4) + " m, to (" + figures(v.point, 1e-6 * radius) + ")"));
-  words.push("brings radiance " + figures(path.radiance, 0));
-  if (path.light_paths.some((v) => v > 0)) words.push("light paths bring " + figures(path.light_paths, 0));
+  const figures = (values) => values.map((v) => Number(v.toPrecision(3))).join(', ');
+  const words = path.vertices.slice(1).map(
+      (v) =>
+          (v.distance === null ?
+               'leaves the scene' :
+               v.distance.toPrecision(4) + ' m, to (' + decimals(v.point, 1e-3 * radius).join(', ') + ')'));
+  words.push('brings radiance ' + figures(path.radiance));
+  if (path.light_paths.some((v) => v > 0)) words.push('light paths bring ' + figures(path.light_paths));
   return words.map((text) => el("li", {}, text));
 }

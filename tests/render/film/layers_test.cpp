@@ -289,12 +289,12 @@ TEST(Replay, of_a_sample_is_what_the_film_has_of_it) {
             << x << "," << y << " sample " << sample;
       ASSERT_FALSE(vertices.empty());
       EXPECT_EQ(vertices[0].depth, 1U);
-      EXPECT_EQ(vertices[0].origin, glm::vec3(glm::dvec3(settings.camera.world_from_camera[3])));
+      EXPECT_EQ(glm::vec3(vertices[0].origin), glm::vec3(glm::dvec3(settings.camera.world_from_camera[3])));
       EXPECT_EQ(vertices[0].beta, glm::vec3(1));
       for (std::size_t i = 1; i < vertices.size(); ++i) {
         EXPECT_EQ(vertices[i].depth, i + 1);
-        const glm::vec3 before = vertices[i - 1].origin + vertices[i - 1].t * vertices[i - 1].dir;
-        EXPECT_LT(glm::length(before - vertices[i].origin), 1e-5F) << "edge " << i;
+        const glm::dvec3 before = vertices[i - 1].origin + double(vertices[i - 1].t) * glm::dvec3(vertices[i - 1].dir);
+        EXPECT_LT(glm::length(before - vertices[i].origin), 1e-5) << "edge " << i;
       }
     }
 }

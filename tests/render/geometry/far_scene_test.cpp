@@ -54,6 +54,20 @@ TEST(FarScenes, say_where_their_surfaces_are_in_the_world) {
   }
 }
 
+TEST(FarScenes, trace_single_paths_in_the_world_without_rounding) {
+  const auto [near, settings] = room(16, 12, 4);
+  const auto vertices_of = [](const Scene& scene, const Settings& seen) {
+    std::vector<PathVertex> vertices;
+    (void)replay_path(scene, seen, Execution{}, {8, 6, 1}, [&](const PathVertex& v) { vertices.push_back(v); });
+    return vertices;
+  };
+  const std::vector<PathVertex> here = vertices_of(near, settings);
+  const std::vector<PathVertex> there = vertices_of(seen_from_origin(near, -kAway), seen_from_origin(settings, -kAway));
+  ASSERT_GT(here.size(), 1U);
+  ASSERT_EQ(here.size(), there.size());
+  for (std::size_t i = 0; i < here.size(); ++i) EXPECT_EQ(there[i].origin, here[i].origin + kAway) << i;
+}
+
 TEST(FarScenes, begin_on_a_grid_that_small_motions_do_not_leave) {
   auto [near, settings] = room(8, 8, 1);
   EXPECT_EQ(origin_of(seen_from_origin(near, -glm::dvec3(40, 0, 0))), glm::dvec3(0));  // not far for its size

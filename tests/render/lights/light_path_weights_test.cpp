@@ -59,7 +59,7 @@ double expected_share(const LampWavefront& shared, const std::vector<PathVertex>
   };
   // Light paths start towards mirrors and glass, and are joined to the camera at the floor.
   if (is_specular(first) || !is_specular(edges[edges.size() - 2])) return 1;
-  const PathEnds ends = {glm::dvec3(first.origin) + double(first.t) * glm::dvec3(first.dir),
+  const PathEnds ends = {first.origin + double(first.t) * glm::dvec3(first.dir),
                          {0, 1, 0},
                          -glm::dvec3(last.dir),
                          lamp.normal(),
