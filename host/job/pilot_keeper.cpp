@@ -70,11 +70,14 @@ void PilotKeeper::attach(RenderHooks& hooks, PilotCache* cache) {
   };
 }
 
-/// Another render may have written the file meanwhile. It then had the same pilot, or its file is
-/// replaced.
+/// Another render may have written the file meanwhile, such as a job of the same batch. It stays,
+/// and where it is no pilot of this image, that is said.
 void PilotKeeper::write(const Pilot& pilot) {
   try {
-    write_pilot(file_, pilot, settings_);
+    if (exists(file_))
+      (void)read_pilot(file_, settings_);
+    else
+      write_pilot(file_, pilot, settings_);
   } catch (const InputError& error) {
     log_(fmt::format("--pilot: {}; the render goes on", error.what()));
     as_asked_ = false;

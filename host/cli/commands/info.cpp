@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <memory>
 #include <set>
@@ -119,6 +120,17 @@ void print_tables(const Scene& scene) {
                tables.size(), 4e-6 * EK_MEASURED_WORDS);
 }
 
+/// The box around the scene. Far from the origin more digits tell its sides apart.
+void print_bounds(const Bounds& box) {
+  const double size = glm::length(box.hi - box.lo);
+  const auto text = [&](double x) {
+    const double more = x != 0 && size > 0 ? std::ceil(std::log10(std::abs(x) / size)) : 0;
+    return fmt::format("{:.{}g}", x, int(std::clamp(4 + more, 6.0, 15.0)));
+  };
+  fmt::print("  bounds ({}, {}, {}) to ({}, {}, {}) m\n", text(box.lo.x), text(box.lo.y), text(box.lo.z),
+             text(box.hi.x), text(box.hi.y), text(box.hi.z));
+}
+
 /// Prints how meshes with several instances are stored, if there are any.
 void print_instances(const InstancedMeshes& instanced, const InstanceChoice& choice) {
   if (choice.flat_bytes == 0) return;
@@ -211,9 +223,7 @@ void print_contents(const Contents& contents) {
   print_instances(contents.instanced, contents.instances);
   print_compression(scene.compressed);
   print_shapes(scene);
-  if (!packed.bounds.empty())
-    fmt::print("  bounds ({:g}, {:g}, {:g}) to ({:g}, {:g}, {:g}) m\n", packed.bounds.lo.x, packed.bounds.lo.y,
-               packed.bounds.lo.z, packed.bounds.hi.x, packed.bounds.hi.y, packed.bounds.hi.z);
+  if (!packed.bounds.empty()) print_bounds(packed.bounds);
   fmt::print("  image {} x {}, camera '{}'\n", prepared.settings.width, prepared.settings.height, prepared.camera_name);
   if (scene.cameras.size() > 1) {
     std::vector<std::string> names;

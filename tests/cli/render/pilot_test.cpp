@@ -131,6 +131,14 @@ TEST(PilotOption, renders_that_begin_at_once_are_all_right) {
   EXPECT_EQ(read_bytes(here / "p"), read_bytes(there / "p")) << "which does not depend on who wrote it";
 }
 
+TEST(PilotOption, a_job_of_another_scene_leaves_the_pilot_as_it_is) {
+  const Workplace here;
+  here.write("jobs", whole("-o a.exr --pilot p\n") + "render " + scene("cornell.gltf") +
+                         " --size 32x24 --guiding 4096 --spp 8 --quiet -o b.exr --pilot p\n");
+  EXPECT_NE(here.eikon("batch jobs --quiet").code, 0);  // the second job does not get what it asks for
+  EXPECT_TRUE(succeeded(here.eikon(whole("-o c.exr --pilot p"))));
+}
+
 TEST(PilotOption, jobs_of_a_batch_share_the_pilot_of_a_scene) {
   const Workplace here;
   std::string jobs;
