@@ -3,7 +3,7 @@
 """Checks the structure of the sources; prints each breach with its place, and exits with 1 if there is one.
 
   tools/check_structure.py            all checks
-  tools/check_structure.py --sizes    the largest files, functions and parameter lists, for planning
+  tools/check_structure.py --sizes    all that exceeds LIMITS, allowed exceptions included, for planning
 
 - A folder includes only folders above it in HOST_ORDER or KERNEL_ORDER, and no header includes itself through others.
 - Folders, files, functions and parameter lists keep to LIMITS. What exceeds one for a good reason stands in
@@ -239,7 +239,7 @@ def lone_header_breaches():
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--sizes", action="store_true", help="print what is largest, and check nothing")
+    parser.add_argument("--sizes", action="store_true", help="print all that exceeds LIMITS, and check nothing")
     options = parser.parse_args()
     if options.sizes:
         table = sorted(measured(), key=lambda row: -row[2] / LIMITS[row[0]])

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Installs what is missing, builds Release with the tests, runs all of them. Extra arguments go to
 # ctest, e.g.
-#   tools/test.sh -L unit        only one kind: unit, kernels, render, cli
+#   tools/test.sh -L unit        only the tests of one label, such as unit, kernels, render or cli
 set -euo pipefail
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
 build="$root/build-tests"

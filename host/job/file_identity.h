@@ -35,9 +35,9 @@ struct Inputs {
 };
 
 /// Checks before the work that its outputs can be written, and that they replace no input. Empty
-/// names are left out. throws InputError for an output that cannot be made or replaced; UsageError
-/// if two outputs are the same file, or one is
-///        an input
+/// names are left out.
+/// throws InputError for an output that cannot be made or replaced; UsageError if two outputs are
+/// the same file, or one is an input
 void require_writable(const std::vector<std::filesystem::path>& outputs, const Inputs& inputs);
 
 }  // namespace eikon

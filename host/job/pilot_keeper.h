@@ -29,8 +29,10 @@ class PilotCache {
 
 class PilotKeeper {
  public:
-  /// file: of --pilot; empty: none. outputs: of the render throws UsageError when it names standard
-  /// output or an output; InputError when it neither exists nor can be written
+  /// file     of --pilot; empty: none
+  /// outputs  of the render
+  /// throws UsageError when the file is standard output or an output; InputError when it neither
+  /// exists nor can be written
   PilotKeeper(std::string file, const std::vector<std::filesystem::path>& outputs, Log log);
 
   /// Reads the file if there is one, and says so, unless quiet, if the image has no pilot. To be

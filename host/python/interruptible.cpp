@@ -58,7 +58,7 @@ class KeptHandlers {
   KeptHandlers& operator=(const KeptHandlers&) = delete;
 
  private:
-  static constexpr int kCount = 32;  // those below are the real-time signals
+  static constexpr int kCount = 32;  // real-time signals, which no driver handles, begin here
   static std::size_t at(int signal) { return static_cast<std::size_t>(signal); }
 
   static inline std::mutex mutex_;  // guards what follows

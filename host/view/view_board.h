@@ -60,7 +60,8 @@ class ViewBoard {
 
   // ---- for pages
 
-  /// Asks for another picture. returns  the number of the look, which grows with each
+  /// Asks for another picture.
+  /// returns  the number of the look, which grows with each
   std::uint64_t look(const ViewLook& look);
   /// While it is paused, only what is asked for anew is rendered, and only small.
   void pause(bool is_paused);

@@ -22,6 +22,7 @@ import tempfile
 SECONDS = 10
 BYTES = 2 << 30
 BATCH = 32
+LEAST_CASES = 500  # tools/make_corpus.py makes more
 
 
 class Runner:
@@ -134,7 +135,10 @@ def main():
     failed = [runner.end() for runner in (runners.get() for _ in range(args.jobs))]
     if any(failed):
         print(f"the runners ended with {failed}")
-    sys.exit(1 if wrong or any(failed) or len(cases) < 500 else 0)
+    too_few = len(cases) < LEAST_CASES
+    if too_few:
+        print(f"{len(cases)} cases are too few: the corpus was not made as it should be")
+    sys.exit(1 if wrong or any(failed) or too_few else 0)
 
 
 if __name__ == "__main__":

@@ -5,7 +5,8 @@ own key, configuration, ports and state in a temporary folder, and daemons that 
     with Cluster() as cluster:
         subprocess.run(["sbatch", ...], env=cluster.environment)
 
-Slurm's daemons need root (they start tasks as other users). Missing() says what is not there."""
+Slurm's daemons need root (they start tasks as other users). missing() says why no cluster can be
+started, or returns None."""
 import atexit
 import ctypes
 import os

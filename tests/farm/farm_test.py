@@ -4,7 +4,8 @@
 
   tests/farm/farm_test.py EIKON [unittest's words]
 
-Exit code 77, skipped, where Slurm cannot be started. Node n2 does not see the folder `hidden`, if mounts are allowed."""
+Classes run in alphabetical order: B submits a task that runs into its time limit while others run, and E checks it, so E alone
+fails. Exit code 77, skipped, where Slurm cannot be started. Node n2 does not see the folder `hidden`, if mounts are allowed."""
 import atexit
 import json
 import os

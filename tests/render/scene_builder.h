@@ -58,8 +58,8 @@ inline Primitive sphere(glm::vec3 center, float radius, std::uint32_t rings, boo
 
 // ---- scenes -------------------------------------------------------------------------------------
 
-/// Every feature at once: area light, sky, normals of its own, a turned and stretched node,
-/// coloured walls; mostly indirect light in places.
+/// An open room with an area light, a sky, a smooth ball, a turned and stretched box and coloured
+/// walls. In places most of its light is indirect.
 inline std::pair<Scene, Settings> room(std::uint32_t width, std::uint32_t height, std::uint64_t spp) {
   Scene scene;
   Primitive white, red, block, lamp;

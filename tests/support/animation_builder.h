@@ -5,7 +5,8 @@
 
 namespace scene_test {
 
-/// Keys of a sampler. `values` in floats unless `output` names an accessor of another type.
+/// Keys of a sampler, whose times and values are floats. Values of other types are given as an
+/// accessor to add_channel.
 struct Keys {
   std::vector<float> times;
   std::vector<float> values;

@@ -16,7 +16,8 @@ namespace eikon {
 [[nodiscard]] inline bool fits_film(float value) { return std::abs(value) < 0x1p38f; }  // false for NaN
 
 /// floor(value * 2^64). It is exact for |value| >= 2^-41; a smaller value is rounded towards minus
-/// infinity, by less than 2^-64. throws InternalError unless fits_film(value)
+/// infinity, by less than 2^-64.
+/// throws InternalError unless fits_film(value)
 [[nodiscard]] inline int128 to_fixed(float value) {
   if (!fits_film(value)) throw InternalError(fmt::format("the film cannot hold the sample {}", value));
   const auto bits = std::bit_cast<std::uint32_t>(value);

@@ -7,7 +7,8 @@
 
 namespace eikon::test {
 
-/// Waits until no thread is lost, or for so long. returns  true when no thread is lost
+/// Waits until no thread is lost, or for so long.
+/// returns  true when no thread is lost
 inline bool wait_for_lost_threads(double seconds) {
   using clock = std::chrono::steady_clock;
   const auto until = clock::now() + std::chrono::duration_cast<clock::duration>(std::chrono::duration<double>(seconds));

@@ -46,8 +46,8 @@ inline bool refit(BinaryTree& tree, TriangleSoup moved, std::uint32_t n) {
 /// The tree with the boxes of the moved triangles. Hits are those of a tree built anew, to the bit.
 /// moved    the triangles that the tree was built over, in the same order
 /// returns  nothing if triangles outside the tree have gained area, or triangles in it have lost
-///          theirs: build anew then Accel::sah_cost of the new layout tells whether a new tree
-///          would pay.
+///          theirs, so that a new tree must be built
+/// Whether a new tree would pay is told by Accel::sah_cost of the new layout.
 [[nodiscard]] inline std::optional<BinaryTree> refitted(BinaryTree tree, TriangleSoup moved) {
   const std::size_t with_area = tbb::parallel_reduce(
       tbb::blocked_range<std::size_t>(0, moved.size(), 1U << 14), std::size_t{0},

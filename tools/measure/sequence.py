@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Measures what the frames of a sequence take besides rendering: a figure of 50,000 triangles that walks.
 
-A frame's samples take as much processor time as two thirds of what three times as many take more; the rest of the frame is
-reading, posing, packing, trees, the pilot, prediction and files. Processor time, so that other work on the machine matters little.
+The frames are rendered with N samples and with 3 N. Half of the difference in processor time is what N samples cost; the rest of
+a frame is reading, posing, packing, trees, the pilot, prediction and files. Other work on the machine changes processor time little.
 
   tools/measure/sequence.py --eikon build-release/eikon --frames 100
 """

@@ -137,7 +137,6 @@ def set_camera(arguments):
         camera.location = eye
         camera.rotation_mode = "QUATERNION"
         camera.rotation_quaternion = (target - eye).to_track_quat("-Z", "Y")
-        data.angle = 0.7
         scene.camera = camera
     else:
         cameras = [o for o in scene.objects if o.type == "CAMERA"]

@@ -58,7 +58,7 @@ class MeshReader {
   /// The triangles of a mesh; primitives without any are left out. Texture
   /// coordinates and tangents are read or made only where the primitive's material asks for them.
   /// throws InputError: positions that are not finite or beyond kMaxCoordinate, indices out of
-  ///        range, types that do not fit, compressed data that do not decode
+  /// range, types that do not fit, compressed data that do not decode
   Mesh read(const Wanted& wanted);
 
   /// The compressed data that were read until now.

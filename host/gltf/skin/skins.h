@@ -44,8 +44,7 @@ class SkinReader {
              Notes& notes);
 
   /// throws InputError: a skin that is wrong, without joints, with matrices that are too few or not
-  /// finite,
-  ///        more joints than kMaxJoints in all
+  /// finite, more joints than kMaxJoints in all
   const Skin& operator[](std::size_t skin);
 
  private:

@@ -27,7 +27,7 @@ function logTicks(low, high) {
 }
 
 /**
- * The root of a relMSE over seconds, both axes in percent and seconds, on a logarithmic scale of error.
+ * Draws the root of a relMSE, in percent on a logarithmic axis, over seconds.
  * points: [{at, value, low, high}], by time; low and high may be missing
  */
 function errorChart(points) {

@@ -22,7 +22,7 @@ function facts(pairs) {
     el("div", {}, el("dt", {}, name), el("dd", {}, value, more ? el("small", {}, " " + more) : null))));
 }
 
-/** Decodes a picture of the page into a canvas; `paint` fills its pixels and says what lies at one. */
+/** Decodes a picture, given as a data URI, and returns its RGBA bytes, row by row from the top. */
 async function pixelsOf(address) {
   const image = new Image();
   image.src = address;

@@ -146,7 +146,7 @@ function repaint() {
   if (frame) paint(frame, linear, Number(controls.exposure.value), controls.tone.value, sizeNow());
 }
 
-// Others are called as they are.
+// States that are not listed are shown under their own names.
 const STATES = { loading: "loading the scene", building: "building the scene's tree", compiling: "compiling for the devices", rendering: "refining" };
 const LONG = ["loading", "building", "compiling"], LONG_S = 2;  // states that may last, and from when on their seconds are shown
 const stateWords = (state) => STATES[state] || state;

@@ -24,9 +24,10 @@ class DroppedFiles {
     std::filesystem::path path;
     std::ofstream file;
   };
-  /// Begins a file. name: as the page gives it throws UsageError unless it is that of a .gltf or
-  /// .glb, of letters, digits, blanks, -, _ and .; InputError if there is no
-  ///        room for it
+  /// Begins a file.
+  /// name  as the page gives it
+  /// throws UsageError unless the name is that of a .gltf or .glb, of letters, digits, blanks, -, _
+  /// and .; InputError if there is no room for the file
   [[nodiscard]] Incoming begin(const std::string& name);
   /// Closes a file that has arrived completely. throws InputError if it could not be written
   static void finish(Incoming& incoming);

@@ -10,8 +10,8 @@
 
 namespace eikon {
 
-/// The record's own matrix and a ray in double precision: how far inside the shape (negative) or
-/// outside a point is, as a share of the shape's size. Exact for what the record says.
+/// A shape's record in double precision. height() tells how far a point, in the shape's own space,
+/// is inside the shape (negative) or outside, as a share of the shape's size.
 struct Oracle {
   glm::dmat3 l{1.0};
   glm::dvec3 center{0.0};
@@ -50,8 +50,5 @@ struct Oracle {
     return NAN;
   }
 };
-
-/// Least height of a ray with t > 0, and the first t where it is 0 or less (infinite: none), by
-/// convexity: golden section, then
 
 }  // namespace eikon

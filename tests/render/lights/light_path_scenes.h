@@ -55,15 +55,15 @@ inline Scene closed_room_with_lamp() {
   return scene;
 }
 
-/// Both in a closed room with a lamp.
+/// The ball and the mirror in a closed room with a lamp.
 inline std::pair<Scene, Settings> room_of_glass(std::uint32_t side, std::uint64_t spp) {
   Scene scene = closed_room_with_lamp();
   add_ball_and_mirror(scene);
   return {std::move(scene), seen_from_above(side, spp)};
 }
 
-/// Both on a floor under a sky of radiance 0.1, in which one texel of 64 x 32, 45 degrees high, is
-/// a sun.
+/// The ball and the mirror on a floor under a sky of radiance 0.1, in which one texel of 64 x 32,
+/// 45 degrees high, is a sun.
 inline std::pair<Scene, Settings> floor_in_the_sun(std::uint32_t side, std::uint64_t spp, float sun) {
   Scene scene;
   Primitive floor;

@@ -41,7 +41,7 @@ class PictureReceiver:
         self.listener = socket.create_server(("127.0.0.1", 0))
         self.address = "127.0.0.1:%d" % self.listener.getsockname()[1]
         self.error = ""
-        self.lock = threading.Lock()  # guards the two below
+        self.lock = threading.Lock()  # guards channels, changes and size
         self.channels = {}  # by name: rows from the top, float32, of the whole image; 0 where nothing was sent
         self.changes = 0
         self.size = (0, 0)  # width and height
