@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""No two work-items of a device that launches each stage alone, as GPUs do, touch a word at the same time, and none touches what is not its buffer's.
+"""On a device that launches each stage alone, as GPUs do, no two work-items touch a word at the same time, and none touches what
+is not its buffer's.
 
     data_races.py EIKON
 

@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Writes scenes in which acceleration structures differ in speed: `stadium`, a teapot of small triangles on the lawn of a stadium of large ones, most of
-whose cells a grid leaves to one; and `grass`, a field of blades spread evenly, for which a grid is made; and `meadow`, one tuft of
-grass at many places (EXT_mesh_gpu_instancing), which is stored once. The same bytes for the same
+"""Writes scenes in which acceleration structures differ in speed: `stadium`, a teapot of small triangles on the lawn of a stadium
+of large ones, most of whose cells a grid leaves to one; and `grass`, a field of blades spread evenly, for which a grid is made; and
+`meadow`, one tuft of grass at many places (EXT_mesh_gpu_instancing), which is stored once. The same bytes for the same
 arguments. Needs numpy (Debian: python3-numpy).
 
   tools/make_accel_scenes.py stadium out/stadium.glb

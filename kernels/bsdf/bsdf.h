@@ -33,7 +33,7 @@ EK_FN vi scatters_uniformly(MaterialLanes m) { return has_trait(m.lobes, EK_TRAI
 // eval and pdf of the lobe of m, without the layers on it.
 EK_FN BsdfValue lobe_evaluate(MaterialLanes m, v3 wo, v3 wi) {
   BsdfValue value = {V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f)), (vf)(0.0f)};
-#define EK_LOBE(name, bit, traits)                                 \
+#define EK_LOBE(name, bit, traits)                         \
   if (EK_HAS_##name) {                                     \
     const vi has = (m.lobes & (1u << bit)) != 0u;          \
     if (ANY(has)) {                                        \
@@ -70,7 +70,7 @@ EK_FN v3 bsdf_eval(MaterialLanes m, v3 wo, v3 wi) { return bsdf_evaluate(m, wo, 
 // bsdf_sample without the layers on the lobe.
 EK_FN BsdfSample lobe_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choice) {
   BsdfSample s = {V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f)), V3((vf)(0.0f), (vf)(0.0f), (vf)(1.0f)), (vf)(0.0f), (vi)(0)};
-#define EK_LOBE(name, bit, traits)                                              \
+#define EK_LOBE(name, bit, traits)                                      \
   if (EK_HAS_##name) {                                                  \
     const vi has = (m.lobes & (1u << bit)) != 0u;                       \
     if (ANY(has)) {                                                     \

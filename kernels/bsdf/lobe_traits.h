@@ -22,7 +22,8 @@ EK_FN uint lobes_with(uint trait) {
       ;
 }
 
-/// Whether this program has code for a lobe with a trait. Code for one without such lobes vanishes.
+/// Tells whether this program has code for some lobe with a trait. Compilers leave out what depends
+/// on that in programs without such lobes.
 EK_FN int has_lobe_with(uint trait) { return (lobes_with(trait) & (uint)LOBES_OF_PROGRAM) != 0u; }
 
 /// Mask of the lanes whose lobe has a trait. lobes: as MaterialLanes.lobes

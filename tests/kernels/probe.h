@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs production kernel functions on arrays. A probe is a kernel of probes.cl, or of
-// a file *_probes.cl beside its test, that includes the production headers and applies their
-// functions to every item of its inputs.
+// Runs production kernel functions on arrays. A probe is a kernel of probes.cl, or of a file
+// *_probes.cl beside its test, that includes the production headers and applies their functions to
+// every item of its inputs.
 #pragma once
 #include <bit>
 #include <cstdint>

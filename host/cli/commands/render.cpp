@@ -82,9 +82,8 @@ ExitCode replay(const RenderOptions& options) {
   const ReplayedSample replayed =
       replay_path(*prepared.scene, prepared.settings, options.execution, {x, y, sample}, [&](const PathVertex& v) {
         fmt::print(
-            "  edge {:>2}: from ({:.12g}, {:.12g}, {:.12g}) towards ({:.9g}, {:.9g}, {:.9g}), throughput ({:.6g}, "
-            "{:.6g}, "
-            "{:.6g})",
+            "  edge {:>2}: from ({:.12g}, {:.12g}, {:.12g}) towards ({:.9g}, {:.9g}, {:.9g}), "
+            "throughput ({:.6g}, {:.6g}, {:.6g})",
             v.depth, v.origin.x, v.origin.y, v.origin.z, v.dir.x, v.dir.y, v.dir.z, v.beta.x, v.beta.y, v.beta.z);
         if (v.triangle == EK_NO_HIT)
           fmt::print(": leaves the scene\n");

@@ -89,11 +89,8 @@ class ViewCamera {
   flags() {
     const text = (v) => v.map((x) => Number(x.toPrecision(7))).join(",");
     // Scenes far from the origin have large coordinates of which the last digits matter.
-    const place = (v) => decimals(v, 1e-7 * Math.min(this.radius, this.distance)).join(',');
+    const place = (v) => decimals(v, 1e-7 * Math.min(this.radius, this.distance)).join(",");
     const up = this.world[0] === 0 && this.world[1] === 1 && this.world[2] === 0 ? "" : ":" + text(this.world);
-    return {
-      '--look-at': place(this.eye) + ':' + place(this.target) + up,
-      '--fov': String(Number(this.fov.toPrecision(5)))
-    };
+    return { "--look-at": place(this.eye) + ":" + place(this.target) + up, "--fov": String(Number(this.fov.toPrecision(5))) };
   }
 }

@@ -86,13 +86,10 @@ function drawPath(path, x, y, [width, height]) {
 
 /** The vertices in words. radius: of the scene */
 function pathWords(path, radius) {
-  const figures = (values) => values.map((v) => Number(v.toPrecision(3))).join(', ');
-  const words = path.vertices.slice(1).map(
-      (v) =>
-          (v.distance === null ?
-               'leaves the scene' :
-               v.distance.toPrecision(4) + ' m, to (' + decimals(v.point, 1e-3 * radius).join(', ') + ')'));
-  words.push('brings radiance ' + figures(path.radiance));
-  if (path.light_paths.some((v) => v > 0)) words.push('light paths bring ' + figures(path.light_paths));
+  const figures = (values) => values.map((v) => Number(v.toPrecision(3))).join(", ");
+  const place = (v) => decimals(v, 1e-3 * radius).join(", ");
+  const words = path.vertices.slice(1).map((v) => (v.distance === null ? "leaves the scene" : v.distance.toPrecision(4) + " m, to (" + place(v.point) + ")"));
+  words.push("brings radiance " + figures(path.radiance));
+  if (path.light_paths.some((v) => v > 0)) words.push("light paths bring " + figures(path.light_paths));
   return words.map((text) => el("li", {}, text));
 }

@@ -28,7 +28,7 @@ typedef struct {
 #endif
 } ScatteredPath;
 
-/// Whether some material scatters in several ways, so that a random number has to choose one.
+/// True if some material scatters in several ways, so that a random number has to choose one.
 EK_FN int needs_choice(void) { return EK_LAYERED | EK_HAS_energy_compensation | has_lobe_with(EK_TRAIT_CHOICE); }
 
 /// Samples the BSDF; null interfaces are passed straight on. beta: is the sample's weight

@@ -17,7 +17,7 @@ EK_FN v3 hit_raw_normal(const ShadeContext* c, const PathHit* hit, const HitMate
 /// Mask of the surfaces with a lobe other than Lambert's, or with a coat. Of these usable_normal
 /// keeps the mirror direction above the surface, too.
 EK_FN vi is_glossy(const HitMaterial* material) {
-  const vi glossy = !has_trait(material->bsdf.lobes, EK_TRAIT_LAMBERT);
+  const vi glossy = (material->bsdf.lobes & ~lobes_with(EK_TRAIT_LAMBERT)) != 0u;
   return EK_HAS_clearcoat ? glossy | (material->bsdf.clearcoat > 0.0f) : glossy;
 }
 
