@@ -6,6 +6,7 @@
 
 A build with EIKON_SANITIZE=address,undefined passes, too, with ASAN_OPTIONS=use_sigaltstack=0: LLVM in PoCL sets signal stacks."""
 import concurrent.futures
+import contextlib
 import json
 import os
 import pathlib
@@ -406,9 +407,14 @@ class SlowFiles(unittest.TestCase):
     def test_a_file_without_its_length_is_refused(self):
         for headers in ((), ("Content-Length: ",), ("Connection: close",)):
             connection = self.begin(*headers)
-            connection.sendall(b"{")
-            connection.shutdown(socket.SHUT_WR)
-            answer = b"".join(iter(lambda: connection.recv(1000), b""))
+            answer = b""
+            # The server needs no more than the headers to refuse, so it may have left already.
+            with contextlib.suppress(OSError):
+                connection.sendall(b"{")
+                connection.shutdown(socket.SHUT_WR)
+            with contextlib.suppress(ConnectionResetError):
+                while part := connection.recv(1000):
+                    answer += part
             self.assertIn(b" 400 ", answer.split(b"\r\n")[0])
             self.assertIn(b"view: a dropped file comes with its Content-Length", answer)
         self.viewer.wait_for("done")
