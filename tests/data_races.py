@@ -91,7 +91,11 @@ def write_everything(folder):
     tiles["pbrMetallicRoughness"]["metallicFactor"] = 0.5
     for number, extensions in enumerate(MATERIALS):
         scene["materials"].append({**tiles, "extensions": extensions, "doubleSided": number % 2 == 0,
-                                   "alphaMode": "BLEND" if number == 0 else "OPAQUE"})
+                                   "alphaMode": "BLEND" if number == 0 or "KHR_materials_volume" in extensions else "OPAQUE"})
+        if "KHR_materials_volume" in extensions:  # a solid with openings, which only a closed mesh or a shape can be
+            scene["materials"][-1]["pbrMetallicRoughness"] = {"metallicFactor": 0.5, "baseColorFactor": [1, 1, 1, 0.5]}
+            scene["nodes"].append({"translation": [0, 1, 0], "scale": [0.2, 0.2, 0.2], "extensions": {
+                "EIKON_shape": {"shape": SHAPES[0], "material": first + number}}})
         mesh = json.loads(json.dumps(scene["meshes"][3 if number % 2 else 1]))
         mesh["primitives"][0]["material"] = first + number
         scene["meshes"].append(mesh)

@@ -6,6 +6,7 @@
 #include <unordered_set>
 
 #include "film/layers.h"
+#include "pack/geometry/solid_openings.h"
 #include "pack/lights/light_kind.h"
 #include "pack/lights/pack_light_paths.h"
 #include "pack/materials/material_parameters.h"
@@ -110,6 +111,12 @@ Need energy_compensation(const SceneFacts& facts) {
     return (m.roughness > 0 || m.metallic_roughness_texture) && has_microfacets(m) &&
            (has_trait(m, EK_TRAIT_METAL | EK_TRAIT_TRANSMITS) || m.metallic > 0);
   });
+}
+
+Need open_solid(const SceneFacts& facts) {
+  const SolidOpenings openings(facts.scene);
+  if (!openings.any(facts.scene)) return {false, "no solid has an opening"};
+  return if_some_material(facts, "no solid has an opening", may_have_openings);
 }
 
 Need culling(const SceneFacts& facts) {
@@ -289,6 +296,7 @@ constexpr Rule kRules[] = {
     {Feature::iridescence_texture, texture_rule<Feature::iridescence_texture>},
     {Feature::energy_compensation, energy_compensation},
     {Feature::opacity, "every material is opaque", [](const Material& m) { return m.alpha_mode != AlphaMode::opaque; }},
+    {Feature::open_solid, open_solid, kUnlessRaycast},
     {Feature::culling, culling},
     {Feature::unlit, "no material is unlit", [](const Material& m) { return m.unlit; }},
     {Feature::one_light,

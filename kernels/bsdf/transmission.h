@@ -299,6 +299,12 @@ EK_FN BsdfSample transmission_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choi
   return bsdf_sample_of(bsdf_value_if(valid, value), wi, mirror | specular_transmission);
 }
 
+/// The factor of a path's throughput where it crosses the boundary of a solid: radiance over the
+/// square of the index of refraction stays the same. 1 where the index stands for a mirror.
+EK_FN vf radiance_transmitted(MaterialLanes m) {
+  return fresnel_is_mirror(m.eta) ? (vf)(1.0f) : div_f((vf)(1.0f), m.eta * m.eta);
+}
+
 /// The factor of radiance between this solid and the outside: the square of the solid's index, by
 /// which radiance was divided when the path entered. 1 for a path that goes on outside.
 /// front        mask: the surface was met from outside

@@ -2,6 +2,12 @@
 // The alpha test [glTF 2.0, section 3.9.4]: it decides whether a ray meets a surface of alphaMode
 // MASK or BLEND or passes through. The decision is a pure function of the ray and the triangle, so
 // it does not depend on the order in which a tree is traversed.
+//
+// Rays pass most surfaces within the traversal. The openings in the boundary of a solid are the
+// exception, because a path that passes one is in another medium behind it: such a boundary is
+// always hit, and shade_material (stages/shade/material.h) makes a null interface of an opening.
+// So it is a boundary to shadow rays, as all glass is. host/pack/geometry/solid_openings.h tells
+// the surfaces.
 #ifndef EK_ALPHA_H
 #define EK_ALPHA_H
 #include "surface/material.h"
@@ -30,6 +36,11 @@ EK_FN vf opacity_number(OpacityKey ray, vu triangle) {
   const vu shuffled = reverse_bits(laine_karras(reverse_bits(ray.index), seed));
   return to_unit_float(reverse_bits(laine_karras(shuffled, seed_a)));
 }
+
+/// A shape in the place of opacity_number's triangle: that depends on the shape's own number,
+/// because the number of its record depends on how meshes are stored.
+/// root  number of the hit along the ray, since each is decided anew
+EK_FN vu shape_opacity_surface(vu shape, uint root) { return (shape | 0x80000000u) ^ (root * 0x9e3779b9u); }
 
 /// Opacity of `triangle` where its second and third corner have weights u and v, [0, 1].
 EK_FN vf opacity_at(SceneData scene, vu triangle, vf u, vf v) {

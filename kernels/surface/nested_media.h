@@ -98,9 +98,10 @@ EK_FN vi resolve_interface(SceneData scene, vu media, vu transmitted, vi front, 
 }
 
 /// The sample, replaced at null interfaces by one that goes straight on.
-EK_FN BsdfSample pass_null_interface(vi is_null, BsdfSample s) {
+/// radiance  on the ray's side over that on the other side
+EK_FN BsdfSample pass_null_interface(vi is_null, vf radiance, BsdfSample s) {
   const vf zero = (vf)(0.0f), one = (vf)(1.0f);
-  s.weight = select3(is_null, V3(one, one, one), s.weight);
+  s.weight = select3(is_null, V3(radiance, radiance, radiance), s.weight);
   s.wi = select3(is_null, V3(zero, zero, -one), s.wi);
   s.pdf = is_null ? one : s.pdf;
   s.delta = s.delta | is_null;

@@ -14,15 +14,13 @@ typedef struct {
 } ShapeHit;
 
 #if EK_HAS_opacity
-// The lanes whose ray passes root `number`, counted from its origin. Each root is decided anew.
-// (The decision depends on the shape's own number, because the number of its record depends on how
-// meshes are stored.)
+// The lanes whose ray passes root `number`, counted from its origin.
 EK_FN vi shape_alpha_test_rejects(SceneData scene, vu id, vu shape, ShapePoint point, uint number, OpacityKey key) {
   const vf zero = (vf)(0.0f), one = (vf)(1.0f);
   const HitAttributes at = {V3(zero, zero, zero), point.u, point.v, point.u, point.v, V3(zero, zero, zero), one, one, one, one, one};
   const vu material = load_word_u(Triangle, scene.triangles, id, material);
   const vf opacity = material_opacity(scene, load_material(scene.materials, material), at);
-  return opacity_number(key, (shape | 0x80000000u) ^ (number * 0x9e3779b9u)) >= opacity;
+  return opacity_number(key, shape_opacity_surface(shape, number)) >= opacity;
 }
 #endif
 

@@ -32,9 +32,9 @@ constexpr Variant kVariants[] = {{16, false}, {1, false}, {8, false}, {16, true}
 /// Features that change what other subjects compute or are given.
 bool off_unless_asked(std::string_view name) {
   return name == "uniform_scatter" || name == "shape" || name == "instance" || name == "light_tree" ||
-         name == "one_light" || name == "nested_media" || name == "each_light" || name == "energy_compensation" ||
-         name == "guiding" || name == "path_log" || name == "merging" || name == "camera_motion" ||
-         name == "moving_surface" || name == "moving_light" || name == "motion";
+         name == "one_light" || name == "nested_media" || name == "open_solid" || name == "each_light" ||
+         name == "energy_compensation" || name == "guiding" || name == "path_log" || name == "merging" ||
+         name == "camera_motion" || name == "moving_surface" || name == "moving_light" || name == "motion";
 }
 
 Defines default_defines() {

@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "core/host_limits.h"
 #include "pack/geometry/instanced_meshes.h"
+#include "pack/geometry/solid_openings.h"
 #include "pack/pack_parts.h"
 #include "scene/emission.h"
 
@@ -40,6 +41,7 @@ class GeometryPacker {
         release_(release),
         packed_(packed),
         passable_(scene),
+        solid_openings_(scene),
         features_(features),
         two_level_(features.has(Feature::instance)),
         has_vertex_normal_(features.has(Feature::vertex_normal)),
@@ -144,7 +146,9 @@ class GeometryPacker {
 
   void add(std::uint32_t node_index, const Primitive& primitive, Primitive* released) {
     const Node& node = scene_.nodes[node_index];
-    const std::uint32_t flags = (passable_.has(primitive) ? EK_TRIANGLE_ALPHA_TESTED : 0) |
+    const bool is_alpha_tested =
+        passable_.has(primitive) && !(features_.has(Feature::open_solid) && solid_openings_.has(node.mesh, primitive));
+    const std::uint32_t flags = (is_alpha_tested ? EK_TRIANGLE_ALPHA_TESTED : 0) |
                                 surface_flags(scene_.materials[primitive.material], &primitive) |
                                 light_group(node.light_group, scene_.materials[primitive.material])
                                     << EK_TRIANGLE_GROUP_SHIFT;
@@ -320,6 +324,7 @@ class GeometryPacker {
   std::vector<Mesh>* release_;  // scene_'s own, or null
   PackedScene& packed_;
   PassableMaterials passable_;
+  SolidOpenings solid_openings_;
   InstancedMeshes instanced_;
   const Features& features_;
   std::function<void()> full_ = {};

@@ -41,7 +41,9 @@ class PassableMaterials {
  public:
   explicit PassableMaterials(const Scene& scene);
   [[nodiscard]] bool has(const Primitive& primitive) const;
-  /// The same for a surface without vertex colours.
+  /// True if some primitive of the material may have such an opacity.
+  [[nodiscard]] bool may_have(std::uint32_t material) const { return by_material_.at(material) != Passable::never; }
+  /// As has(), for a surface without vertex colours.
   [[nodiscard]] bool has(std::uint32_t material) const { return by_material_.at(material) == Passable::always; }
 
  private:

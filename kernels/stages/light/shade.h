@@ -61,7 +61,7 @@ EK_FN v3 scattered_towards(const ShadeContext* c, const PathHit* hit, const Shad
   const v3 f = bsdf_evaluate(view.material, view.wo, wi).f;
   const vf cos_light = abs_f(dot3(hit->surface.n_geom, to_light)), cos_viewer = abs_f(dot3(hit->surface.n_geom, to_viewer));
   vi possible = is_on_geometric_side(&view, wi, dot3(to_light, view.n_geom)) & (cos_light > 0.0f);
-  if (EK_HAS_nested_media) possible = possible & !interface.is_null;
+  if (EK_HAS_NULL_INTERFACES) possible = possible & !interface.is_null;
   return scale3(f, possible ? div_f(cos_viewer, cos_light) : (vf)(0.0f));
 }
 
@@ -167,7 +167,9 @@ EK_FN ScatteredPath light_scatter(const ShadeContext* c, const PathHit* hit, con
     const vi refracted = point->material.solid & (next.wi.z < 0.0f);
     adjoint = adjoint * (refracted ? point->material.eta * point->material.eta : (vf)(1.0f));
   }
-  v3 weight = scale3(next.beta, is_null ? (vf)(1.0f) : adjoint);
+  // The power that a path carries is the same on both sides of a null interface.
+  const vf one = (vf)(1.0f);
+  v3 weight = select3(is_null, V3(one, one, one), scale3(next.beta, adjoint));
   if (ANY(next.survives & !is_delta)) {
     vi faces_away;
     const v3 f = scattered_towards(c, hit, point, next.dir, channel, &faces_away);

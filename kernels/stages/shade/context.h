@@ -39,7 +39,7 @@ typedef struct {
 #endif
 } PathHit;
 
-/// The media at a hit; all 0 where no solid of the scene absorbs or overlaps another. A medium is
+/// The media at a hit; 0 where no solid of the scene absorbs or overlaps another. A medium is
 /// 1 + the index of a material, or a list of ranks (medium.h, nested_media.h); 0 is the vacuum.
 typedef struct {
   vu medium;                // on the side that the path comes from
@@ -47,6 +47,9 @@ typedef struct {
   vi is_null;               // mask: the path passes straight on (nested_media.h)
   vi skips_depth;           // mask: a null interface that does not count towards max_depth
   vu null_interface_count;  // of the path so far
+#if EK_HAS_open_solid
+  vi is_opening;            // mask: it is the opening of a solid, beyond which the medium is another
+#endif
 } MediumInterface;
 
 /// The point of a hit as direct light and scattering see it; all lies on the viewer's side of the

@@ -3,20 +3,46 @@
 #ifndef EK_SHADE_MATERIAL_H
 #define EK_SHADE_MATERIAL_H
 #include "stages/shade/context.h"
+#include "surface/alpha.h"
 #include "surface/medium.h"
+
+#if EK_HAS_open_solid
+/// Mask of the lanes whose path has met an opening of a solid.
+/// solid  mask: the surface bounds a solid
+EK_FN vi meets_opening(const ShadeContext* c, const PathHit* hit, vi solid) {
+  const vi undecided = hit->live & solid & ((hit->corners.flags & EK_TRIANGLE_ALPHA_TESTED) == 0u);
+  if (!ANY(undecided)) return undecided;
+  const MaterialRecordLanes record = load_material(c->scene.materials, hit->corners.material);
+  vu surface = hit->triangle;
+#if EK_HAS_shape
+  surface = is_shape_record(hit->corners) ? shape_opacity_surface(AS_U(hit->corners.n.x), 0u) : surface;
+#endif
+  const OpacityKey key = opacity_key(hit->path.key, hit->path.index, c->depth, 0u);
+  return undecided & (opacity_number(key, surface) >= material_opacity(c->scene, record, hit->attributes));
+}
+#endif
 
 /// Parameters of the material, its emission as it leaves the surface. interface: is set
 EK_FN HitMaterial shade_material(const ShadeContext* c, const PathHit* hit, MediumInterface* interface) {
   HitMaterial material = hit_material(c->scene, hit->corners.material, hit->attributes, hit->front);
-  const MediumInterface none = {(vu)(0u), (vu)(0u), (vi)(0), (vi)(0), (vu)(0u)};
+  const MediumInterface none = {.medium = (vu)(0u),
+                                .transmitted_medium = (vu)(0u),
+                                .is_null = (vi)(0),
+                                .skips_depth = (vi)(0),
+                                .null_interface_count = (vu)(0u)};
   *interface = none;
   if (EK_USES_MEDIUM) {
     interface->medium = hit->path.medium;
     interface->transmitted_medium = transmitted_medium(material, hit->path.medium, hit->corners.material, hit->front);
   }
-  if (EK_HAS_nested_media) {
+  if (EK_HAS_nested_media)
     interface->is_null =
         resolve_interface(c->scene, interface->medium, interface->transmitted_medium, hit->front, &material);
+#if EK_HAS_open_solid
+  interface->is_opening = meets_opening(c, hit, material.bsdf.solid & !interface->is_null);
+  interface->is_null = interface->is_null | interface->is_opening;
+#endif
+  if (EK_HAS_NULL_INTERFACES) {
     interface->null_interface_count = hit->path.null_interface_count;
     interface->skips_depth = interface->is_null & (interface->null_interface_count < EK_NULL_INTERFACES_MOST);
   }

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+// Solids that rays may pass by alphaMode MASK or BLEND: behind such an opening a path is inside of
+// the solid, as behind the glass beside it. Judged at significance 1 % per test.
+#include "pack/geometry/solid_openings.h"
+
+#include "render/lights/light_path_scenes.h"
+
+namespace eikon::test {
+namespace {
+
+Material open_glass(Material m, float opacity) {
+  m.alpha_mode = AlphaMode::blend;
+  m.opacity = opacity;
+  return m;
+}
+
+/// Black walls of radiance 1 around a ball.
+Scene ball_within_walls(const Material& material, bool is_shape) {
+  Scene scene = furnace(0, 1);
+  if (!is_shape) {
+    add_mesh(scene, "ball", sphere({0, 0, 0}, 0.5F, 12, false), material);
+    return scene;
+  }
+  Shape shape;
+  shape.name = "ball";
+  shape.kind = ShapeKind::sphere;
+  shape.size[0] = 0.5;
+  shape.material = std::uint32_t(scene.materials.size());
+  scene.materials.push_back(material);
+  scene.shapes.push_back(shape);
+  return scene;
+}
+
+Settings seen_from(const glm::dvec3& eye) {
+  Settings settings = settings_for(12, 12, 32);
+  settings.camera = look_at_camera(eye, eye - glm::dvec3(0.01, 0.02, 1), {0, 1, 0}, 0.9);
+  settings.roulette_depth = 1000;  // total reflection keeps paths for long; roulette would make them heavy
+  return settings;
+}
+
+TEST(OpenSolid, neither_makes_nor_loses_light_among_surfaces) {
+  for (const bool is_shape : {false, true})
+    for (const bool has_priority : {false, true})
+      for (const float opacity : {0.2F, 0.5F, 0.9F}) {
+        Material material = open_glass(glass(1.5F, 0, true), opacity);
+        if (has_priority) material.medium_priority = 1;
+        const Scene scene = ball_within_walls(material, is_shape);
+        for (const glm::dvec3& eye : {glm::dvec3(0, 0, 0.95), glm::dvec3(0, 0, 0.2)}) {
+          const bool is_inside = eye.z < 0.5;
+          const Settings settings = seen_from(eye);
+          const Film film = film_of(scene, settings);
+          const double expected = is_inside ? 1.5 * 1.5 : 1;
+          for (std::uint32_t y = 0; y < 12; ++y)
+            for (std::uint32_t x = 0; x < 12; ++x)
+              ASSERT_NEAR(film.mean(x, y, 0), expected, 2e-3)
+                  << x << ',' << y << ", opacity " << opacity << (is_shape ? ", shape" : ", mesh");
+          Execution queues;
+          queues.lanes = 1, queues.chunked = false, queues.layout = "bvh2";
+          EXPECT_TRUE(same_film(film_of(scene, settings, queues), film)) << "queues";
+        }
+      }
+}
+
+TEST(OpenSolid, rough_and_dispersing_ones_neither_make_nor_lose_light) {
+  Material rough = glass(1.5F, 0.4F, true), flint = glass(1.62F, 0, true);
+  flint.dispersion = 2;
+  for (const Material& material : {rough, flint}) {
+    Settings settings = seen_from({0, 0, 0.95});
+    settings.sample_end = 512;
+    settings.energy_compensation = true;
+    const Film film = film_of(ball_within_walls(open_glass(material, 0.5F), false), settings);
+    EXPECT_NEAR(mean_of(film).mean, 1, 2e-3) << "roughness " << material.roughness;
+  }
+}
+
+TEST(OpenSolid, absorbs_behind_its_openings) {
+  for (const bool has_priority : {false, true})
+    for (const AlphaMode mode : {AlphaMode::blend, AlphaMode::mask}) {
+      Scene scene;
+      add_lamp(scene);
+      Material material = amber(0.5F, 1);
+      material.alpha_mode = mode;
+      material.opacity = 0.6F;  // above the cutoff of MASK
+      if (has_priority) material.medium_priority = 1;
+      add_block(scene, "slab", {-20, -20, 0}, {20, 20, 2}, material);
+      const Settings settings = settings_for_beam({0, 0, 4}, {0, 0, 0}, 64);
+      EXPECT_TRUE(agrees(mean_of(film_of(scene, settings)), 0.25, 4, 1e-4)) << has_priority;
+    }
+}
+
+TEST(OpenSolid, openings_do_not_count_towards_depth) {
+  const Scene scene = ball_within_walls(open_glass(glass(1.5F, 0, true), 1e-3F), false);
+  Settings settings = seen_from({0, 0, 0.95});
+  settings.aovs = {"emission"};
+  for (const std::uint32_t max_depth : {0U, 1U}) {
+    settings.max_depth = max_depth;
+    const Film film = film_of(scene, settings);
+    // Two of a thousand rays meet the glass itself.
+    for (const std::uint32_t channel : {0U, film.channel_index("scattered.0.R").value()})
+      EXPECT_NEAR(mean_of(film, channel).mean, 1, 4e-3) << "max_depth " << max_depth << ", channel " << channel;
+  }
+}
+
+TEST(OpenSolid, light_is_the_same_with_and_without_light_paths) {
+  auto [scene, settings] = room_of_glass(16, 1024);
+  for (Material& material : scene.materials)
+    if (material.solid) {
+      material = open_glass(material, 0.6F);
+      material.attenuation_color = {0.3F, 0.5F, 0.9F};
+      material.attenuation_distance = 0.3F;
+    }
+  expect_the_same_mean("smooth", scene, settings, 8192, 24);
+  for (Material& material : scene.materials)
+    if (material.solid) material.roughness = 0.3F;
+  settings.sample_end = 2048;
+  expect_the_same_mean("rough", scene, settings, 16384, 24);
+}
+
+TEST(OpenSolid, light_paths_pass_openings) {
+  // Light falls at right angles, so it goes straight on through openings and glass alike, and
+  // R = opacity F of it is reflected at each side of the slab.
+  const double f = std::pow(0.5 / 2.5, 2);
+  for (const float opacity : {0.1F, 0.5F, 1.0F}) {
+    Scene scene;
+    Primitive floor;
+    add_quad(floor, {-3, 0, 3}, {6, 0, 0}, {0, 0, -6});
+    add_mesh(scene, "floor", std::move(floor), lambert(0.01F));
+    add_block(scene, "slab", {-2, 1, -2}, {2, 1.2F, 2}, open_glass(glass(1.5F, 0, true), opacity));
+    scene.lights.push_back(sunshine({0, -1, 0}, 1));
+    Settings settings = settings_for(16, 16, 256);
+    settings.camera = look_at_camera({0.6, 0.6, 0.6}, {0.6, 0, 0}, {0, 1, 0}, 0.3);
+    const double reflected = double(opacity) * f, passed = (1 - reflected) / (1 + reflected);
+    EXPECT_TRUE(agrees(mean_of(film_of(scene, with_light_paths(settings, 64))), 0.01 / kPi * passed, 3, 3e-3))
+        << opacity;
+  }
+}
+
+TEST(OpenSolid, an_open_mesh_has_no_inside) {
+  Scene scene;
+  Primitive sheet;
+  add_quad(sheet, {-4, -4, -2}, {8, 0, 0}, {0, 8, 0});
+  Material material = open_glass(glass(1.5F, 0, true), 1e-6F);
+  add_mesh(scene, "sheet", std::move(sheet), material);
+  Settings settings = settings_for(8, 8, 16);
+  settings.environment.radiance = glm::vec3(1);
+  EXPECT_FALSE(Features(scene, settings).has(Feature::open_solid));
+  EXPECT_NEAR(mean_of(film_of(scene, settings)).mean, 1, 1e-4);
+}
+
+TEST(OpenSolid, a_mesh_is_closed_if_every_edge_has_two_sides) {
+  const auto closed = [](Primitive primitive, bool is_solid) {
+    Scene scene;
+    add_mesh(scene, "mesh", std::move(primitive), glass(1.5F, 0, is_solid));
+    return is_closed(scene, scene.meshes[0]);
+  };
+  Primitive box;
+  add_box(box, {-1, -1, -1}, {1, 1, 1}, false);  // whose sides have corners of their own
+  EXPECT_TRUE(closed(box, true));
+  EXPECT_FALSE(closed(box, false)) << "nothing of it is a solid";
+  EXPECT_TRUE(closed(sphere({1, 2, 3}, 0.7F, 10, false), true));
+  Primitive less = box;
+  std::vector<std::uint32_t> corners = less.indices.list();
+  std::swap(corners[0], corners[1]);
+  less.indices = corners;
+  EXPECT_FALSE(closed(less, true)) << "one triangle is turned";
+  corners.resize(corners.size() - 3);
+  less.indices = corners;
+  EXPECT_FALSE(closed(less, true)) << "one triangle is missing";
+}
+
+}  // namespace
+}  // namespace eikon::test
