@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pack/origin.h"
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <vector>
@@ -15,25 +16,86 @@ namespace {
 // A scene is far if its centre is so many times half its diagonal away. Nearer ones lose little,
 // and keep the coordinates of their file.
 constexpr double kFar = 32;
+// Things that are this share of a scene's surfaces may be anywhere: files from surveys often have a
+// node that was left at the origin, and in an animation something may fly off.
+constexpr double kStrayShare = 0.05;
 
-/// A box around all that has a place in the world. world_bounds() is tighter, but looks at each
-/// vertex of each instance; this looks at each mesh once.
-Bounds bounds_of(const Scene& scene) {
-  Bounds bounds;
-  std::vector<Bounds> of_mesh(scene.meshes.size());
+/// A node or a shape.
+struct Part {
+  Bounds bounds;        // around it, in the world
+  double surfaces = 1;  // its triangles; 1 for a shape
+  [[nodiscard]] glm::dvec3 center() const { return 0.5 * (bounds.lo + bounds.hi); }
+};
+
+/// All that has a place in the world. world_bounds() is tighter, but looks at each vertex of each
+/// instance; this looks at each mesh once.
+std::vector<Part> parts_of(const Scene& scene) {
+  std::vector<Part> parts, of_mesh(scene.meshes.size());
+  parts.reserve(scene.nodes.size() + scene.shapes.size());
   for (const Node& node : scene.nodes) {
-    Bounds& own = of_mesh[node.mesh];
-    if (own.empty())
-      for (const Primitive& primitive : scene.meshes[node.mesh].primitives)
-        for (const glm::vec3& p : primitive.positions_object) grow(own, glm::dvec3(p));
-    grow(bounds, node.world_from_object, own);
+    Part& own = of_mesh[node.mesh];
+    if (own.bounds.empty()) {
+      own.surfaces = 0;
+      for (const Primitive& primitive : scene.meshes[node.mesh].primitives) {
+        for (const glm::vec3& p : primitive.positions_object) grow(own.bounds, glm::dvec3(p));
+        own.surfaces += double(primitive.indices.triangle_count());
+      }
+    }
+    Part part{.bounds = {}, .surfaces = own.surfaces};
+    grow(part.bounds, node.world_from_object, own.bounds);
+    if (!part.bounds.empty()) parts.push_back(part);
   }
   for (const Shape& shape : scene.shapes) {
     const OwnShape own = own_shape(is_endless(shape) ? bounded_piece(shape) : shape);
-    grow(bounds, own.center - own.half);
-    grow(bounds, own.center + own.half);
+    parts.push_back({.bounds = {own.center - own.half, own.center + own.half}, .surfaces = 1});
   }
+  return parts;
+}
+
+Bounds bounds_of(const std::vector<Part>& parts) {
+  Bounds bounds;
+  for (const Part& part : parts) grow(bounds, part.bounds.lo), grow(bounds, part.bounds.hi);
   return bounds;
+}
+
+/// A box around the parts but for those that lie farthest out along an axis, kStrayShare of the
+/// surfaces in all for each axis.
+Bounds bounds_of_most(std::vector<Part> parts) {
+  double surfaces = 0;
+  for (const Part& part : parts) surfaces += part.surfaces;
+  Bounds most;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::ranges::sort(parts, {}, [&](const Part& part) { return part.center()[axis]; });
+    std::size_t first = 0, last = parts.size() - 1;
+    for (double left = kStrayShare * surfaces; first < last;) {
+      // The part that is farther from the middle one goes first.
+      const double middle = parts[(first + last) / 2].center()[axis];
+      const bool is_low = middle - parts[first].center()[axis] > parts[last].center()[axis] - middle;
+      left -= parts[is_low ? first : last].surfaces;
+      if (left < 0) break;
+      is_low ? ++first : --last;
+    }
+    for (std::size_t i = first; i <= last; ++i) {
+      most.lo[axis] = std::min(most.lo[axis], parts[i].bounds.lo[axis]);
+      most.hi[axis] = std::max(most.hi[axis], parts[i].bounds.hi[axis]);
+    }
+  }
+  return most;
+}
+
+bool is_far(const Bounds& bounds) {
+  const glm::dvec3 center = 0.5 * (bounds.lo + bounds.hi);
+  return glm::length(center) > kFar * 0.5 * glm::length(bounds.hi - bounds.lo);
+}
+
+/// True if a camera of the file is nearer to the middle of the bounds than to the origin, or if the
+/// file has none.
+bool is_seen_from_near(const Bounds& bounds, const Scene& scene) {
+  const glm::dvec3 center = 0.5 * (bounds.lo + bounds.hi);
+  return scene.cameras.empty() || std::ranges::any_of(scene.cameras, [&](const Camera& camera) {
+           const glm::dvec3 eye(camera.world_from_camera[3]);
+           return glm::distance(eye, center) < glm::length(eye);
+         });
 }
 
 void move(Scene& scene, const glm::dvec3& by) {
@@ -53,12 +115,18 @@ std::shared_ptr<const Scene> moved(const Scene& scene, const glm::dvec3& by) {
 }  // namespace
 
 glm::dvec3 origin_of(const Scene& scene, std::span<const glm::dvec3> more) {
-  Bounds bounds = bounds_of(scene);
+  std::vector<Part> parts = parts_of(scene);
+  Bounds bounds = bounds_of(parts);
   for (const glm::dvec3& point : more) grow(bounds, point);
   if (bounds.empty()) return glm::dvec3(0);
+  if (!is_far(bounds) && parts.size() > 1) {
+    bounds = bounds_of_most(std::move(parts));
+    for (const glm::dvec3& point : more) grow(bounds, point);
+    if (!is_seen_from_near(bounds, scene)) return glm::dvec3(0);
+  }
   const glm::dvec3 center = 0.5 * (bounds.lo + bounds.hi);
   const double radius = 0.5 * glm::length(bounds.hi - bounds.lo), away = glm::length(center);
-  if (!(away > kFar * radius) || !std::isfinite(away)) return glm::dvec3(0);
+  if (!is_far(bounds) || !std::isfinite(away)) return glm::dvec3(0);
   const double step = std::exp2(std::ceil(std::log2(std::max(radius, away * 0x1p-40))));
   return glm::round(center / step) * step;
 }

@@ -76,5 +76,34 @@ TEST(FarScenes, begin_on_a_grid_that_small_motions_do_not_leave) {
   EXPECT_EQ(origin_of(Scene()), glm::dvec3(0));
 }
 
+/// The room, and a single small triangle at `stray`.
+Scene room_and_stray(const Scene& room, const glm::dvec3& stray) {
+  Scene scene = room;
+  Primitive mesh;
+  mesh.positions_object = {{0, 0, 0}, {0.1F, 0, 0}, {0, 0.1F, 0}};
+  mesh.indices = {0, 1, 2};
+  add_mesh(scene, "stray", std::move(mesh), lambert(0.5F)).world_from_object[3] = glm::dvec4(stray, 1);
+  return scene;
+}
+
+TEST(FarScenes, stay_far_when_something_small_is_elsewhere) {
+  auto [near, settings] = room(32, 24, 16);
+  near.cameras = {settings.camera};
+  const Scene far = seen_from_origin(near, -kAway);
+  for (const glm::dvec3& stray : {glm::dvec3(0), 2.0 * kAway, -10.0 * kAway})
+    EXPECT_EQ(origin_of(room_and_stray(far, stray)), kAway) << stray.x;
+  EXPECT_EQ(origin_of(room_and_stray(near, kAway)), glm::dvec3(0)) << "the room is where it should be";
+  Scene seen_from_elsewhere = room_and_stray(far, glm::dvec3(0));
+  seen_from_elsewhere.cameras = {settings.camera};
+  EXPECT_EQ(origin_of(seen_from_elsewhere), glm::dvec3(0));
+  Scene halves = far;  // two rooms of the same size
+  for (const Node& node : near.nodes) halves.nodes.push_back(node);
+  EXPECT_EQ(origin_of(halves), glm::dvec3(0));
+
+  const MeanAndError here = mean_of(film_of(near, settings));
+  const MeanAndError there = mean_of(film_of(room_and_stray(far, glm::dvec3(0)), seen_from_origin(settings, -kAway)));
+  EXPECT_NEAR(there.mean, here.mean, 0.02 * here.mean);
+}
+
 }  // namespace
 }  // namespace eikon::test
