@@ -134,32 +134,15 @@ const std::vector<std::string> kAboutExecution = {
     "--threads", "--quiet", "--progress", "--checkpoint", "--checkpoint-every",
     "--resume",  "--add",   "--pilot",    "--tev",        "--force"};
 
-/// Flags that say how much of the image is rendered, and which files come of it.
-const std::vector<std::string> kAboutWhole = {"--spp",
-                                              "--force",
-                                              "--samples",
-                                              "--target-error",
-                                              "--time",
-                                              "--output",
-                                              "--half",
-                                              "--png",
-                                              "--ev100",
-                                              "--exposure",
-                                              "--tonemap",
-                                              "--denoise",
-                                              "--checkpoint",
-                                              "--checkpoint-every",
-                                              "--resume",
-                                              "--add",
-                                              "--stats",
-                                              "--profile",
-                                              "--report",
-                                              "--tev",
-                                              "--quiet",
-                                              "--progress"};
+/// Flags that a part of an image does not take over: how much of the image is rendered, and which
+/// files come of it.
+const std::vector<std::string> kNotForParts = {
+    "--spp",   "--force",    "--samples", "--target-error", "--time",       "--output",           "--half",   "--png",
+    "--ev100", "--exposure", "--tonemap", "--denoise",      "--checkpoint", "--checkpoint-every", "--resume", "--add",
+    "--stats", "--profile",  "--report",  "--tev",          "--quiet",      "--progress"};
 
 /// Asks for the layers that the denoiser reads.
-void add_guides(std::vector<std::string>& words) {
+void add_denoiser_layers(std::vector<std::string>& words) {
   const auto aovs = std::ranges::find_if(words, [](const std::string& word) { return word.starts_with("--aov="); });
   if (aovs == words.end())
     words.emplace_back("--aov=albedo,normal");
@@ -225,14 +208,14 @@ RenderOptions parse_render(std::vector<std::string> words) {
     const auto& [name, values] = flag;
     if (std::ranges::find(kAboutExecution, name) == kAboutExecution.end())
       options.settings_text += fmt::format("{}={}\n", name, fmt::join(values, "\n"));
-    if (std::ranges::find(kAboutWhole, name) != kAboutWhole.end()) continue;
+    if (std::ranges::find(kNotForParts, name) != kNotForParts.end()) continue;
     flag.add_to(options.part_words);
   }
   for (const GivenFlag& flag : given)
     if (flag.name != "--frames" && flag.name != "--force") flag.add_to(options.words_without_frames);
   require_frames_for_force(options);
   number_outputs(options);
-  if (options.scene.denoise) add_guides(options.part_words);
+  if (options.scene.denoise) add_denoiser_layers(options.part_words);
   return options;
 }
 

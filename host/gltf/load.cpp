@@ -12,7 +12,7 @@
 
 #include "core/error.h"
 #include "gltf/animation/animations.h"
-#include "gltf/animation/exposure.h"
+#include "gltf/animation/shutter_poses.h"
 #include "gltf/cameras.h"
 #include "gltf/document/accessor_table.h"
 #include "gltf/document/document_check.h"
@@ -307,7 +307,7 @@ Scene load_scene(const std::filesystem::path& path, const SceneChoice& choice, M
       within.animation.time_s = time_s;
       return load(path, within, missing_tangents, scene.memory);
     };
-    expose(scene, choice.animation.shutter, pose_at);
+    add_shutter_poses(scene, choice.animation.shutter, pose_at);
     const std::optional<double> next_s = choice.animation.next_s;
     if (next_s && std::ranges::any_of(scene.animations, &AnimationSummary::in_force)) {
       Scene next = pose_at(*next_s);

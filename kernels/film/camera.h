@@ -50,7 +50,7 @@ EK_FN v3 camera_vector(global const float* poses, vu pose, uint which, vf share)
 /// poses  EK_CAMERA_POSE_WORDS for each of frame->pose_steps + 1: the vectors of CameraPose as
 ///        float4
 // Between two poses each vector goes straight. Where the camera turns, the steps are so short that
-// this is less than a pixel off (host/gltf/animation/exposure.cpp).
+// this is less than a pixel off (host/gltf/animation/shutter_poses.cpp).
 EK_FN CameraPose moving_camera(constant Frame* frame, global const float* poses, vf time) {
   vf share;
   const vu step = step_of(frame->pose_steps, time, &share);

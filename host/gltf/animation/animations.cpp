@@ -55,7 +55,7 @@ Interpolation interpolation_of(const JsonView& sampler) {
 bool is_legal(const Accessor& values, const Property& property) {
   const std::uint32_t components = property.width == 0 ? 1 : property.width;
   if (values.is_matrix || values.component_count != components) return false;
-  if (property.kind == ValueKind::truth) return values.component == ComponentType::u8 && !values.normalized;
+  if (property.kind == ValueKind::boolean) return values.component == ComponentType::u8 && !values.normalized;
   const bool packs = values.normalized && values.component != ComponentType::u32;
   const bool is_place = property.pattern == "/nodes/*/translation" || property.pattern == "/nodes/*/scale";
   return values.component == ComponentType::f32 || (packs && !is_place);
@@ -245,7 +245,7 @@ std::vector<Animation> without_contradictions(std::vector<Animation> all, const 
 /// True for whatever belongs to materials or lights, and for the visibility of nodes.
 bool may_change_light(const Channel& channel) {
   return channel.pointer.starts_with("/materials/") || channel.pointer.starts_with("/extensions/") ||
-         channel.property.kind == ValueKind::truth;
+         channel.property.kind == ValueKind::boolean;
 }
 
 /// Reads an animation and describes it. Returns one without channels, and adds it to `wrong`, if it
@@ -287,7 +287,7 @@ std::vector<Animation> read_all(const AnimationSource& source, bool none, std::o
 bool is_motion(const Channel& channel) {
   const bool of_place = channel.pointer.starts_with("/nodes/") || channel.pointer.starts_with("/meshes/") ||
                         channel.pointer.starts_with("/cameras/");
-  return of_place && channel.property.kind != ValueKind::truth;
+  return of_place && channel.property.kind != ValueKind::boolean;
 }
 
 /// Writes the pose. Returns a text that identifies it.

@@ -28,7 +28,7 @@ constexpr Property kProperties[] = {
     {"/meshes/*/weights", 0},
     {"/nodes/*/weights/*"},
     {"/meshes/*/weights/*"},
-    {"/nodes/*/extensions/KHR_node_visibility/visible", 1, truth},
+    {"/nodes/*/extensions/KHR_node_visibility/visible", 1, boolean},
     {"/cameras/*/perspective/yfov", 1, numbers, kTiny, kWidestFov},
     {"/cameras/*/perspective/aspectRatio", 1, numbers, kLeastAspect, kMostAspect},
     {"/cameras/*/orthographic/xmag", 1, numbers, kTiny, 0x1p40},
@@ -179,7 +179,7 @@ bool write_property(Json& document, std::string_view pointer, const Property& pr
     owner = next != nullptr ? next : &((*owner)[names[i]] = Json::object());
   }
   Json& place = owner->is_array() ? (*owner)[*number_in<std::size_t>(names.back())] : (*owner)[names.back()];
-  if (property.kind == truth) {
+  if (property.kind == boolean) {
     place = value[0] != 0;
     return true;
   }

@@ -137,7 +137,7 @@ bool check_times(const Accessor& times) {
 void check_value_count(const Curve& curve) {
   const Accessor& values = curve.values;
   const bool cubic = curve.interpolation == Interpolation::cubic;
-  if (curve.kind == ValueKind::truth && curve.interpolation != Interpolation::step)
+  if (curve.kind == ValueKind::boolean && curve.interpolation != Interpolation::step)
     throw InputError("true and false have nothing between them: its interpolation has to be STEP");
   const std::uint64_t parts = cubic ? 3 : 1, of_value = values.component_count == 1 ? curve.width : 1;
   const std::uint64_t needed = curve.times.count * parts * of_value;

@@ -15,7 +15,7 @@ enum class Interpolation : std::uint8_t { step, linear, cubic };
 enum class ValueKind : std::uint8_t {
   numbers,   // each number for itself
   rotation,  // a quaternion (x, y, z, w): along the shortest arc, and of length 1
-  truth      // true or false, which only steps
+  boolean    // true or false, which only steps
 };
 
 /// Keys of values of `width` numbers each. check_curve has let it pass.
@@ -48,7 +48,7 @@ struct Curve {
 ///        not finite
 bool check_times(const Accessor& times);
 
-/// throws InputError, without the sampler: another number of values than the keys need, a truth
+/// throws InputError, without the sampler: another number of values than the keys need, a boolean
 /// that does not step
 void check_value_count(const Curve& curve);
 

@@ -11,7 +11,7 @@ const LENSES = ["--f-number", "--focus-distance"], VIEWS = ["--look-at", "--fov"
 // The flags and the camera that are asked for. `camera` is null until somebody moves: then the scene's own camera is shown.
 const look = { flags: { "--size": "640x480" }, layer: "picture", mix: {} };
 let camera = null, tool = "orbit", scene = null, frame = null, linear = null, status = {};
-let version = 0, adopted = 0, restTimer = 0, sending = false, again = null, stateSince = 0;
+let version = 0, adoptedLook = 0, restTimer = 0, sending = false, nextLook = null, stateSince = 0;
 
 const sizeNow = () => look.flags["--size"].split("x").map(Number);
 
@@ -32,17 +32,17 @@ function complain(text) {
 
 /** Sends the newest look; while one is under way, only the newest of those that follow is sent. */
 async function send(wanted) {
-  if (sending) return void (again = wanted);
+  if (sending) return void (nextLook = wanted);
   sending = true;
   try {
-    adopted = (await (await ask("/api/look", wanted)).json()).number;
+    adoptedLook = (await (await ask("/api/look", wanted)).json()).number;
     complain(status.state === "failed" ? status.error : "");
   } catch (error) {
     complain(error.message);
   }
   sending = false;
-  const next = again;
-  again = null;
+  const next = nextLook;
+  nextLook = null;
   if (next) send(next);
 }
 
@@ -108,7 +108,7 @@ function take(bytes) {
   const wasFailed = status.state === "failed" || document.body.dataset.connected === "no";
   status = news.status;
   if (status.scene) takeScene(status.scene);
-  if (status.look_number > adopted && !sending && !restTimer) adopt(status.look, status.look_number);
+  if (status.look_number > adoptedLook && !sending && !restTimer) adopt(status.look, status.look_number);
   if (status.state === "failed") complain(status.error);
   else if (wasFailed) complain("");
   controls.command.value = status.command;
@@ -126,7 +126,7 @@ function take(bytes) {
 
 /** Takes over what another tab, or this page before it was loaded again, has asked for. */
 function adopt(wanted, number) {
-  adopted = number;
+  adoptedLook = number;
   camera = null;
   look.flags = wanted.flags;
   look.layer = wanted.layer;
@@ -303,9 +303,9 @@ async function openFile(file) {
   }
 }
 
-const order = (path) => ask(path, {}).then(() => complain(""), (error) => complain(error.message));
+const postCommand = (path) => ask(path, {}).then(() => complain(""), (error) => complain(error.message));
 
-function showAnew(name, value) {
+function setDisplayFlag(name, value) {
   if (value === null) delete look.flags[name];
   else look.flags[name] = String(value);
   repaint();
@@ -329,8 +329,8 @@ function build() {
   controls.lightGroup.hidden = true;
   controls.finalState = el("p", { role: "status", "aria-live": "polite", class: "soft" });
   controls.finalProgress = el("progress", { max: 1, value: 0, "aria-label": "share of the render that is done", hidden: true });
-  controls.start = button("Render to a file", () => order("/api/render"), { class: "main" });
-  controls.stop = button("Stop", () => order("/api/stop"), { hidden: true });
+  controls.start = button("Render to a file", () => postCommand("/api/render"), { class: "main" });
+  controls.stop = button("Stop", () => postCommand("/api/stop"), { hidden: true });
   controls.file = el("input", { type: "file", id: "file", accept: ".glb,.gltf",
     onclick: () => { controls.file.value = ""; },  // so that the same file can be opened again
     onchange: () => controls.file.files[0] && openFile(controls.file.files[0]) });
@@ -349,8 +349,8 @@ function build() {
     group("Show",
       choice("layer", "Layer", data.layers.map((name) => [name, name]), (value) => { look.layer = value; showControls(); change(false); }),
       controls.denoiser,
-      range("exposure", "Exposure", [-10, 10, 0.1, 0], evText, (v) => showAnew("--exposure", v === 0 ? null : v)),
-      choice("tone", "Tone curve", TONES.map((name) => [name, name]), (value) => showAnew("--tonemap", value === "none" ? null : value)),
+      range("exposure", "Exposure", [-10, 10, 0.1, 0], evText, (v) => setDisplayFlag("--exposure", v === 0 ? null : v)),
+      choice("tone", "Tone curve", TONES.map((name) => [name, name]), (value) => setDisplayFlag("--tonemap", value === "none" ? null : value)),
       choice("size", "Size", SIZES.map((size) => [size, size]), (value) => setFlag("--size", value, false))),
     controls.lightGroup,
     group("Scene", el("div", { class: "row" }, el("label", { for: "file" }, "Open a file"), controls.file),

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "formula/parse.h"
-#include "gltf/animation/exposure.h"
+#include "gltf/animation/shutter_poses.h"
 #include "render/materials/glass_builder.h"
 
 namespace eikon::test {
@@ -166,7 +166,7 @@ TEST(ImplicitSurface, what_is_given_up_behind_something_that_moves_does_not_coun
   };
   Scene scene = scene_at(0);
   scene.animations.push_back({.name = "slide", .begin_s = 0, .end_s = 1, .channel_count = 1, .in_force = true});
-  expose(scene, {.open_s = 0, .close_s = 1}, scene_at);
+  add_shutter_poses(scene, {.open_s = 0, .close_s = 1}, scene_at);
   Settings settings = settings_under_sky(12, 4);
   settings.camera = look_at_camera({0.3, 1, 4}, {0, 0, 0}, {0, 1, 0}, 0.9);
   std::optional<std::uint64_t> count;

@@ -2,7 +2,7 @@
 // Pictures with an open shutter whose answers are known.
 #include <functional>
 
-#include "gltf/animation/exposure.h"
+#include "gltf/animation/shutter_poses.h"
 #include "render/ways_to_shade.h"
 
 namespace eikon::test {
@@ -12,7 +12,7 @@ namespace {
 Scene exposed(const std::function<Scene(double)>& scene_at, std::uint32_t steps = 0) {
   Scene scene = scene_at(0.5);
   scene.animations.push_back({.name = "motion", .begin_s = 0, .end_s = 1, .channel_count = 1, .in_force = true});
-  expose(scene, {.open_s = 0, .close_s = 1, .steps = steps}, scene_at);
+  add_shutter_poses(scene, {.open_s = 0, .close_s = 1, .steps = steps}, scene_at);
   EXPECT_FALSE(scene.poses.empty());
   return scene;
 }
@@ -253,7 +253,7 @@ TEST(MotionBlur, a_scene_that_does_not_move_needs_no_feature_of_it) {
   const std::string still = Features(scene, settings).summary();
   scene.animations.push_back({.name = "rest", .begin_s = 0, .end_s = 1, .channel_count = 1, .in_force = true});
   const Scene original = scene;
-  expose(scene, {.open_s = 0, .close_s = 1}, [&](double) { return original; });
+  add_shutter_poses(scene, {.open_s = 0, .close_s = 1}, [&](double) { return original; });
   EXPECT_TRUE(scene.poses.empty());
   EXPECT_EQ(Features(scene, settings).summary(), still);
   EXPECT_TRUE(same_film(film_of(scene, settings), film_of(original, settings)));

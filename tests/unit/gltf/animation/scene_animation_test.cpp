@@ -7,6 +7,7 @@
 #include "gltf/animation/sampler.h"
 #include "scene/transform.h"
 #include "support/animation_builder.h"
+#include "support/paths.h"
 
 namespace {
 

@@ -23,13 +23,13 @@ struct MidPose {
 };
 
 /// Returns how far the true pose is from one that goes straight between the two, in units of what
-/// is allowed (see the constants in exposure.cpp).
+/// is allowed (see the constants in shutter_poses.cpp).
 [[nodiscard]] double deviation(const MidPose& step);
 
 /// Adds the poses at the ends of equal steps of the shutter's time to a scene, if anything moves
 /// meanwhile. Without a number of steps there are so many that straight ways between poses are near
 /// enough to the true ones. throws InputError as the loader
-void expose(Scene& scene, const Shutter& shutter, const PoseLoader& pose_at);
+void add_shutter_poses(Scene& scene, const Shutter& shutter, const PoseLoader& pose_at);
 
 /// Adds the pose of the next frame to a scene, unless nothing moves until then.
 void add_next_pose(Scene& scene, Scene next);

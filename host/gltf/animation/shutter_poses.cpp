@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gltf/animation/exposure.h"
+#include "gltf/animation/shutter_poses.h"
 
 #include <fmt/format.h>
 
@@ -242,7 +242,7 @@ double deviation(const MidPose& step) {
   return most;
 }
 
-void expose(Scene& scene, const Shutter& shutter, const PoseLoader& pose_at) {
+void add_shutter_poses(Scene& scene, const Shutter& shutter, const PoseLoader& pose_at) {
   if (!shutter.is_open() || std::ranges::none_of(scene.animations, &AnimationSummary::in_force)) return;
   Poses poses(scene, shutter, pose_at);
   std::uint32_t steps = std::max(shutter.steps, 1U);

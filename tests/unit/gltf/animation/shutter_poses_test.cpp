@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The poses that a scene takes while the shutter is open.
-#include "gltf/animation/exposure.h"
+#include "gltf/animation/shutter_poses.h"
 
 #include <gtest/gtest.h>
 
@@ -32,7 +32,7 @@ Scene triangle_at(const glm::dmat4& place) {
 /// As a scene whose shutter is open from 0 to 1 s.
 Scene exposed(const PoseLoader& scene_at, std::uint32_t steps = 0) {
   Scene scene = scene_at(0);
-  expose(scene, {.open_s = 0, .close_s = 1, .steps = steps}, scene_at);
+  add_shutter_poses(scene, {.open_s = 0, .close_s = 1, .steps = steps}, scene_at);
   return scene;
 }
 
@@ -40,7 +40,7 @@ Scene turning(double turns, double t) {
   return triangle_at(glm::rotate(glm::dmat4(1), turns * kTurn * t, glm::dvec3(0, 0, 1)));
 }
 
-TEST(Exposure, what_goes_straight_has_one_step_and_what_turns_has_more_the_more_it_turns) {
+TEST(ShutterPoses, what_goes_straight_has_one_step_and_what_turns_has_more_the_more_it_turns) {
   const auto straight = [](double t) { return triangle_at(glm::translate(glm::dmat4(1), glm::dvec3(3 * t, t, 0))); };
   EXPECT_EQ(exposed(straight).shutter.steps, 1U);
   std::uint32_t before = 1;
@@ -63,26 +63,26 @@ TEST(Exposure, what_goes_straight_has_one_step_and_what_turns_has_more_the_more_
   EXPECT_GE(before, 32U);
 }
 
-TEST(Exposure, whole_turns_within_a_step_are_not_taken_for_rest) {
+TEST(ShutterPoses, whole_turns_within_a_step_are_not_taken_for_rest) {
   for (const double turns : {1.0, 2.0, 4.0})
     EXPECT_GE(exposed([&](double t) { return turning(turns, t); }).shutter.steps, 32U);
 }
 
-TEST(Exposure, too_fast_a_turn_is_followed_as_well_as_can_be_and_said) {
+TEST(ShutterPoses, too_fast_a_turn_is_followed_as_well_as_can_be_and_said) {
   const Scene scene = exposed([](double t) { return turning(9, t); });
   EXPECT_EQ(scene.shutter.steps, kMostShutterSteps);
   ASSERT_EQ(scene.warnings.size(), 1U);
   EXPECT_TRUE(says(scene.warnings[0], "--motion-steps auto: 64 steps")) << scene.warnings[0];
 }
 
-TEST(Exposure, a_number_of_steps_that_is_asked_for_is_kept) {
+TEST(ShutterPoses, a_number_of_steps_that_is_asked_for_is_kept) {
   const Scene scene = exposed([](double t) { return turning(0.5, t); }, 5);
   EXPECT_EQ(scene.shutter.steps, 5U);
   EXPECT_EQ(scene.poses.size(), 6U);
   EXPECT_EQ(scene.poses[5]->nodes[0].world_from_object, turning(0.5, 1).nodes[0].world_from_object);
 }
 
-TEST(Exposure, a_scene_that_stands_still_or_has_no_animation_has_no_poses) {
+TEST(ShutterPoses, a_scene_that_stands_still_or_has_no_animation_has_no_poses) {
   const Scene still = exposed([](double) { return triangle_at(glm::dmat4(1)); });
   EXPECT_TRUE(still.poses.empty() && !still.shutter.is_open() && !still.in_motion);
   const auto unasked = [](double t) {
@@ -92,11 +92,11 @@ TEST(Exposure, a_scene_that_stands_still_or_has_no_animation_has_no_poses) {
   };
   EXPECT_TRUE(exposed(unasked).poses.empty());
   Scene shut = turning(0.5, 0);
-  expose(shut, {}, [](double t) { return turning(0.5, t); });
+  add_shutter_poses(shut, {}, [](double t) { return turning(0.5, t); });
   EXPECT_TRUE(shut.poses.empty());
 }
 
-TEST(Exposure, poses_of_other_triangles_are_not_blurred_and_that_is_said) {
+TEST(ShutterPoses, poses_of_other_triangles_are_not_blurred_and_that_is_said) {
   const auto vanishes = [](double t) {
     Scene scene = turning(0.5, t);
     if (t > 0.7) scene.nodes.clear();
@@ -109,7 +109,7 @@ TEST(Exposure, poses_of_other_triangles_are_not_blurred_and_that_is_said) {
       << scene.warnings[0];
 }
 
-TEST(Exposure, shapes_that_move_stand_still_and_that_is_said) {
+TEST(ShutterPoses, shapes_that_move_stand_still_and_that_is_said) {
   const Scene scene = exposed([](double t) {
     Scene at = triangle_at(glm::dmat4(1));
     for (const char* name : {"ball", "egg"}) {
@@ -125,7 +125,7 @@ TEST(Exposure, shapes_that_move_stand_still_and_that_is_said) {
   EXPECT_TRUE(says(scene.warnings[0], "shape 'ball' and 1 more: not blurred")) << scene.warnings[0];
 }
 
-TEST(Exposure, a_node_that_turns_inside_out_keeps_the_order_of_its_corners) {
+TEST(ShutterPoses, a_node_that_turns_inside_out_keeps_the_order_of_its_corners) {
   const auto mirrors = [](double t) {
     Scene scene = triangle_at(glm::scale(glm::dmat4(1), glm::dvec3(1 - 2 * t, 1, 1)));
     scene.nodes[0].mirrored = t > 0.5;
@@ -136,7 +136,7 @@ TEST(Exposure, a_node_that_turns_inside_out_keeps_the_order_of_its_corners) {
   for (const auto& pose : scene.poses) EXPECT_FALSE(pose->nodes[0].mirrored);
 }
 
-TEST(Exposure, cameras_and_lamps_are_followed_as_well) {
+TEST(ShutterPoses, cameras_and_lamps_are_followed_as_well) {
   const auto both = [](double t) {
     Scene scene = triangle_at(glm::dmat4(1));
     Camera camera;
@@ -160,7 +160,7 @@ TEST(Exposure, cameras_and_lamps_are_followed_as_well) {
   EXPECT_GT(swung.shutter.steps, 1U);
 }
 
-TEST(Exposure, a_zoom_to_and_fro_is_followed_and_so_is_a_focus) {
+TEST(ShutterPoses, a_zoom_to_and_fro_is_followed_and_so_is_a_focus) {
   const auto camera_with = [](const auto& change) {
     return [change](double t) {
       Scene scene = triangle_at(glm::dmat4(1));
@@ -185,7 +185,7 @@ TEST(Exposure, a_zoom_to_and_fro_is_followed_and_so_is_a_focus) {
   EXPECT_TRUE(exposed(camera_with([](Camera&, double) {})).poses.empty());
 }
 
-TEST(Exposure, a_part_of_a_mesh_that_moves_to_and_fro_is_seen_and_so_are_normals) {
+TEST(ShutterPoses, a_part_of_a_mesh_that_moves_to_and_fro_is_seen_and_so_are_normals) {
   const auto bends = [](double t) {
     Scene scene = triangle_at(glm::dmat4(1));
     std::vector<glm::vec3> positions(3000, glm::vec3(0, 1, 0));
@@ -205,7 +205,7 @@ TEST(Exposure, a_part_of_a_mesh_that_moves_to_and_fro_is_seen_and_so_are_normals
   EXPECT_TRUE(exposed(turns).moves_surfaces);
 }
 
-TEST(Exposure, shapes_that_move_until_the_next_frame_are_named) {
+TEST(ShutterPoses, shapes_that_move_until_the_next_frame_are_named) {
   Scene scene = triangle_at(glm::dmat4(1));
   Shape shape;
   shape.name = "ball";
@@ -218,7 +218,7 @@ TEST(Exposure, shapes_that_move_until_the_next_frame_are_named) {
       << scene.warnings[0];
 }
 
-TEST(Exposure, materials_stay_at_the_time_of_the_frame_while_things_move) {
+TEST(ShutterPoses, materials_stay_at_the_time_of_the_frame_while_things_move) {
   SceneChoice choice;
   choice.animation.time_s = 0.5;
   choice.animation.shutter = {.open_s = 0.25, .close_s = 0.75, .steps = 2};
