@@ -4,12 +4,18 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <optional>
+#include <string_view>
 
 namespace eikon {
 namespace {
+
+constexpr std::string_view kPictureExtensions[] = {".exr", ".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp",
+                                                   ".hdr", ".pfm", ".tga", ".webp", ".gif", ".ppm"};
 
 std::optional<double> real(const std::string& text) {
   const auto value = number_in<double>(text);
@@ -65,6 +71,18 @@ std::uint64_t parse_size_bytes(const std::string& flag, const std::string& text)
   if (!number || *number == 0 || !is_unit || *number > std::numeric_limits<std::uint64_t>::max() >> (10 * power))
     throw UsageError(fmt::format("{}: takes a size above 0, such as 512M or 4G, not {}", flag, text));
   return *number << (10 * power);
+}
+
+std::string parse_picture(const std::string& flag, const std::string& text, const std::string& extension) {
+  const std::filesystem::path file(text);
+  std::string ending = file.extension().string();
+  std::ranges::transform(ending, ending.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c; });
+  const bool is_other = std::ranges::find(kPictureExtensions, ending) != std::end(kPictureExtensions);
+  if (is_other && ending != extension)
+    throw UsageError(fmt::format("{} {}: it writes a file of the format {}, so call it {}{}", flag, text, extension,
+                                 std::filesystem::path(file).replace_extension(extension).string(),
+                                 extension == ".exr" ? "; --png FILE writes an 8-bit picture" : ""));
+  return text;
 }
 
 void refuse_choice(const std::string& flag, const std::string& text, const std::vector<std::string>& words) {

@@ -26,6 +26,10 @@ std::uint64_t parse_unsigned(const std::string& flag, const std::string& text, s
 /// Reads a number of bytes: "4000", "512M", "4G" or "4GiB". A kilobyte has 1024 bytes.
 std::uint64_t parse_size_bytes(const std::string& flag, const std::string& text);
 
+/// Reads the name of a picture to write, whose format is that of `extension`: ".exr" or ".png". One
+/// that ends as pictures of another format do is refused, because viewers go by the name.
+std::string parse_picture(const std::string& flag, const std::string& text, const std::string& extension);
+
 template <class Number>
 Number parse_number(const std::string& flag, const std::string& text, double least, double most) {
   if constexpr (std::is_floating_point_v<Number>)

@@ -232,6 +232,12 @@ void CommandFlags::text(const FlagText& flag, std::string& value) {
   parsed(flag, [&value](const std::string& text) { value = text; });
 }
 
+void CommandFlags::picture(const FlagText& flag, std::string& value, const std::string& extension) {
+  parsed(flag, [&value, extension, name = last_name(flag.names)](const std::string& text) {
+    value = parse_picture(name, text, extension);
+  });
+}
+
 void CommandFlags::toggle(const std::string& name, const std::string& about, bool& value) {
   app_->add_flag(name, value, about)->group(group_)->disable_flag_override();
 }

@@ -52,6 +52,8 @@ class CommandFlags {
   // These add a flag. The values that they refer to must live as long as the parser.
   void parsed(const FlagText& flag, ParseText parse);
   void text(const FlagText& flag, std::string& value);
+  /// Takes the name of a picture to write (parse_picture).
+  void picture(const FlagText& flag, std::string& value, const std::string& extension);
   void toggle(const std::string& name, const std::string& about, bool& value);
   /// Takes a number within a range: a whole one, also as 0x.., if Number is an integer.
   template <class Number>

@@ -41,7 +41,7 @@ void add_goal_flags(CommandFlags& flags, GoalOptions& goal) {
 
 void add_output_flags(CommandFlags& flags, RenderOptions& options) {
   flags.group("Output (- is standard output)");
-  flags.text({"-o,--output", "FILE", "OpenEXR image [SCENE.exr in this folder]"}, options.output);
+  flags.picture({"-o,--output", "FILE", "OpenEXR image [SCENE.exr in this folder]"}, options.output, ".exr");
   flags.toggle("--half", "write 16-bit channels", options.half);
   add_png_flags(flags, options.png);
   flags.toggle("--denoise", "add denoised.R/G/B layers (Open Image Denoise 2, if installed), and use them for the PNG",
@@ -153,7 +153,8 @@ void add_denoiser_layers(std::vector<std::string>& words) {
 }  // namespace
 
 void add_png_flags(CommandFlags& flags, PngOptions& png) {
-  flags.text({"--png", "FILE", "also write an 8-bit sRGB picture, RGBA if the image has channel A"}, png.file);
+  flags.picture({"--png", "FILE", "also write an 8-bit sRGB picture, RGBA if the image has channel A"}, png.file,
+                ".png");
   flags.number({"--exposure", "EV", "exposure of the PNG [0]"}, png.exposure_ev, -PngOptions::kMostExposureEv,
                PngOptions::kMostExposureEv);
   flags.parsed(

@@ -15,20 +15,20 @@ TEST(Inputs, no_command_replaces_what_it_reads) {
                            "tiles_normal.png", "sky.hdr"})
     std::filesystem::copy_file(scene(file), here / file);
   for (const char* file : {"a.exr", "ref.exr", "stats.json", "trace.json"}) here.write(file, "any bytes");
-  std::filesystem::create_symlink("a.exr", here / "link.exr");
-  std::filesystem::create_hard_link(here / "ref.exr", here / "hard.exr");
+  std::filesystem::create_symlink("a.exr", here / "link");
+  std::filesystem::create_hard_link(here / "ref.exr", here / "hard");
   std::map<std::string, std::string> before;
   for (const std::string& file : here.files()) before[file] = read_bytes(here / file);
   for (const char* command :
-       {"compare a.exr ref.exr --png a.exr", "compare a.exr ref.exr --png link.exr",
-        "compare a.exr ref.exr --json=hard.exr", "compare a.exr ref.exr --png ref.exr",
-        "measure textured.gltf --material 0 -o textured.gltf", "measure textured.gltf --material 0 -o tiles_color.png",
+       {"compare a.exr hard --png hard", "compare a.exr ref.exr --png link", "compare a.exr ref.exr --json=hard",
+        "compare a.exr ref.exr --json=ref.exr", "measure textured.gltf --material 0 -o textured.gltf",
+        "measure textured.gltf --material 0 -o tiles_color.png",
         "meter textured.gltf --at 0,0,0 --facing 0,0,1 --json=tiles_normal.png",
         "bench rays textured.gltf --json tiles_color.png", "bench rays cornell.gltf --env sky.hdr --json sky.hdr",
         "bench scene textured.gltf --json tiles_color.png", "bench scene cornell.gltf --env sky.hdr --json sky.hdr",
-        "bench scene cornell.gltf --ref ref.exr --json hard.exr", "report stats.json -o stats.json",
-        "report stats.json --profile trace.json -o trace.json", "report stats.json --image a.exr -o link.exr",
-        "merge a.exr ref.exr -o whole.exr --png hard.exr"}) {
+        "bench scene cornell.gltf --ref ref.exr --json hard", "report stats.json -o stats.json",
+        "report stats.json --profile trace.json -o trace.json", "report stats.json --image a.exr -o link",
+        "merge a.exr ref.exr -o whole.exr --png hard"}) {
     const Outcome outcome = here.eikon(command);
     EXPECT_TRUE(refused(outcome, kUsage)) << command;
     EXPECT_TRUE(contains(outcome.err, "it is an input; choose another name")) << command << ": " << outcome.err;
@@ -94,6 +94,21 @@ TEST(Inputs, more_threads_than_processors_are_no_news) {
       here.eikon(fmt::format("render {} --size 16x16 --spp 1 -o a.exr --threads 200 --quiet", scene("cornell.gltf")));
   EXPECT_TRUE(succeeded(outcome));
   EXPECT_FALSE(contains(outcome.err, "TBB")) << outcome.err;
+}
+
+TEST(Inputs, a_picture_is_not_named_as_one_of_another_format) {
+  const Workplace here;
+  const std::string render = "render " + scene("cornell.gltf") + " --size 8x8 --spp 1 --quiet ";
+  for (const std::string& command :
+       {render + "-o a.png", render + "-o a.JPG", render + "-o a.exr --png a.exr",
+        std::string("merge a.exr b.exr -o c.png"), std::string("compare a.exr b.exr --png d.hdr")})
+    EXPECT_TRUE(refused(here.eikon(command), kUsage)) << command;
+  EXPECT_TRUE(contains(
+      here.eikon(render + "-o a.png").err,
+      "--output a.png: it writes a file of the format .exr, so call it a.exr; --png FILE writes an 8-bit picture"));
+  EXPECT_TRUE(here.files().empty());
+  // Other endings are the user's own.
+  EXPECT_EQ(here.eikon(render + "-o image --png picture.0001").code, 0);
 }
 
 }  // namespace

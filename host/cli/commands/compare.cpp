@@ -55,7 +55,7 @@ void add_compare(CommandFlags& root, Command& chosen) {
   flags.text({"REF", "", "OpenEXR image of the same size"}, options->reference);
   flags.group("Output (- is standard output)");
   flags.json(options->json, "print one line of JSON, or write it to FILE");
-  flags.text({"--png", "FILE", "write a picture of the difference"}, options->png);
+  flags.picture({"--png", "FILE", "write a picture of the difference"}, options->png, ".png");
   flags.number({"--fail-above", "RELMSE", "exit with code 1 when relMSE is larger"}, options->fail_above, 0, 1e30);
   flags.run(chosen, [options] { return compare_command(*options); });
 }

@@ -240,8 +240,8 @@ void add_merge(CommandFlags& root, Command& chosen) {
   flags.list({"PART", "...", "OpenEXR files of one image, no sample of it in two of them"},
              [&parts = options->parts](const std::string& file) { parts.push_back(file); });
   flags.group("Output (- is standard output)");
-  flags.text({"-o,--output", "FILE", "OpenEXR image, which can be merged and resumed again (required)"},
-             options->output);
+  flags.picture({"-o,--output", "FILE", "OpenEXR image, which can be merged and resumed again (required)"},
+                options->output, ".exr");
   flags.require("--output");
   flags.toggle("--half", "write 16-bit channels; the sums stay exact", options->half);
   add_png_flags(flags, options->png);

@@ -79,7 +79,7 @@ TEST(BatchInputs, no_job_writes_what_it_or_an_earlier_one_reads) {
   const Workplace here;
   copy_textured(here);
   std::filesystem::create_symlink("tiles_normal.png", here / "link.png");
-  std::filesystem::create_hard_link(here / "sky.hdr", here / "other.hdr");
+  std::filesystem::create_hard_link(here / "sky.hdr", here / "other");
   const std::vector<std::string> before = here.files();
   const auto refuse = [&](const std::string& second, const std::string& why) {
     here.write("jobs", fmt::format("render textured.gltf -o a.exr {0}\nrender {1} {0}\n", kSmall, second));
@@ -93,8 +93,8 @@ TEST(BatchInputs, no_job_writes_what_it_or_an_earlier_one_reads) {
   refuse("textured.gltf -o b.exr --png link.png", "an input of that line");
   refuse("cornell.gltf -o b.exr --png tiles_normal.png", "line 1 reads it");
   refuse("cornell.gltf -o textured.gltf", "line 1 reads it");
-  refuse("cornell.gltf --env sky.hdr -o sky.hdr", "an input of that line");
-  refuse("cornell.gltf --env sky.hdr -o b.exr --checkpoint other.hdr", "an input of that line");
+  refuse("cornell.gltf --env sky.hdr -o other", "an input of that line");
+  refuse("cornell.gltf --env sky.hdr -o b.exr --checkpoint other", "an input of that line");
 }
 
 TEST(RenderInputs, are_never_replaced) {
@@ -103,12 +103,13 @@ TEST(RenderInputs, are_never_replaced) {
   std::filesystem::create_symlink("tiles_color.png", here / "link.png");
   std::filesystem::create_hard_link(here / "tiles_color.png", here / "hard.png");
   std::filesystem::create_hard_link(here / "textured.gltf", here / "hard.gltf");
+  std::filesystem::create_symlink("sky.hdr", here / "sky");
   std::map<std::string, std::string> before;
   for (const std::string& file : here.files()) before[file] = read_bytes(here / file);
   for (const char* flags :
        {"textured.gltf -o o.exr --png tiles_color.png", "textured.gltf -o o.exr --png link.png",
         "textured.gltf -o o.exr --png hard.png", "textured.gltf -o o.exr --stats ./tiles_normal.png",
-        "textured.gltf -o textured.gltf", "textured.gltf -o hard.gltf", "cornell.gltf --env sky.hdr -o sky.hdr",
+        "textured.gltf -o textured.gltf", "textured.gltf -o hard.gltf", "cornell.gltf --env sky.hdr -o sky",
         "cornell.gltf --env sky.hdr -o o.exr --checkpoint sky.hdr"}) {
     const Outcome outcome = here.eikon(fmt::format("render {} {} --quiet", flags, kSmall));
     EXPECT_TRUE(refused(outcome, 2)) << flags;

@@ -166,7 +166,7 @@ TEST(Batch, jobs_that_would_overwrite_each_other_are_refused) {
   };
   refuse("-o ./x/../a.exr", "line 1");
   refuse("-o b.exr --stats a.exr", "line 1");
-  refuse("-o b.exr --png b.exr", "two outputs");
+  refuse("-o b --png b", "two outputs");
   refuse("-o cornell.gltf", "an input");
   refuse("-o jobs", "the batch itself");
   refuse("-o jobs.ledger", "the batch itself");
