@@ -83,8 +83,6 @@ class Variant:
             gltf.environment((1, 1, 1))
         gltf.camera(0.7, 1.0, matrix=look_at((0, 3.2, 5), (0, 0.3, 0)))
         gltf.write(path)
-        for name, data in gltf.files.items():
-            (path.parent / name).write_bytes(data)
 
 
 def features():

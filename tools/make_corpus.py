@@ -43,6 +43,7 @@ from scene_builders.corpus_files import (
 from scene_builders.corpus_found import claims, leftovers, mended, morphing_document, morphs
 from scene_builders.corpus_motion import motion, moving_document
 from scene_builders.corpus_pictures import JPEG_CMYK, KTX2_ETC1S, KTX2_UASTC, WEBP_LOSSLESS, WEBP_LOSSY
+from scene_builders.png_file import GREY, pack_png
 
 
 def paths(value, at=()):
@@ -165,13 +166,7 @@ def pictures(corpus):
     # 900 MB of zeros in less than a megabyte.
     zeros = zlib.compressobj(9)
     squeezed = b"".join(zeros.compress(bytes(30001)) for _ in range(30000)) + zeros.flush()
-
-    def chunk(name, data):
-        return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
-
-    bomb = b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", 30000, 30000, 8, 0, 0, 0, 0))
-    bomb += chunk(b"IDAT", squeezed) + chunk(b"IEND", b"")
-    corpus.add("png_bomb", "bad", textured(bomb))
+    corpus.add("png_bomb", "bad", textured(pack_png((30000, 30000), squeezed, GREY)))
     for at in (i for i in range(len(JPEG) - 9) if JPEG[i] == 0xFF and JPEG[i + 1] == 0xC0):
         for height, width in ((0, 8), (8, 0), (65500, 65500), (65535, 65535)):
             changed = JPEG[: at + 5] + struct.pack(">HH", height, width) + JPEG[at + 9 :]

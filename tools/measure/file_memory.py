@@ -11,7 +11,6 @@ import argparse
 import json
 import pathlib
 import shutil
-import struct
 import subprocess
 import sys
 import tempfile
@@ -19,7 +18,10 @@ import tempfile
 import numpy as np
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-BYTE, SHORT, UNSIGNED_SHORT, UNSIGNED, FLOAT = 5120, 5122, 5123, 5125, 5126
+sys.path.append(str(ROOT / "tools"))
+from scene_builders.glb_file import pack_glb  # noqa: E402
+
+BYTE, SHORT, UNSIGNED, FLOAT = 5120, 5122, 5125, 5126  # types of components in glTF
 PLACES = 10  # along each side of the file with instances
 
 
@@ -74,11 +76,7 @@ class Glb:
 
     def write(self, path):
         self.document["buffers"] = [{"byteLength": len(self.data)}]
-        text = json.dumps(self.document).encode()
-        text += b" " * (-len(text) % 4)
-        data = bytes(self.data) + b"\0" * (-len(self.data) % 4)
-        path.write_bytes(struct.pack("<4sIIII", b"glTF", 2, 28 + len(text) + len(data), len(text), 0x4E4F534A) + text +
-                         struct.pack("<II", len(data), 0x004E4942) + data)
+        path.write_bytes(pack_glb(json.dumps(self.document).encode(), self.data))
 
 
 def make_floats(side, path):

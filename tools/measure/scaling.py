@@ -24,6 +24,10 @@ import zlib
 
 TOOLS = pathlib.Path(__file__).resolve().parents[1]
 ROOT = TOOLS.parent
+sys.path.append(str(TOOLS))
+from scene_builders.glb_file import pack_glb  # noqa: E402
+from scene_builders.png_file import pack_png  # noqa: E402
+
 COLUMNS = {"load_s": "load, s", "build_s": "build, s", "sample_us": "us per sample", "peak_mb": "peak, MB"}
 SYSTEM_PYTHON = "/usr/bin/python3"  # whose numpy set-up installs
 
@@ -32,12 +36,7 @@ def png_of_noise(side, seed):
     """A square RGB picture, as the bytes of a PNG file."""
     pixels = random.Random(seed).randbytes(3 * side)
     rows = b"".join(b"\0" + pixels[3 * i:] + pixels[: 3 * i] for i in range(side))
-
-    def chunk(kind, data):
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-
-    header = struct.pack(">IIBBBBB", side, side, 8, 2, 0, 0, 0)
-    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows, 1)) + chunk(b"IEND", b"")
+    return pack_png((side, side), zlib.compress(rows, 1))
 
 
 def make_textured(count, path):
@@ -69,10 +68,7 @@ def make_textured(count, path):
         "bufferViews": views,
         "buffers": [{"byteLength": len(data)}],
     }
-    text = json.dumps(document).encode()
-    text += b" " * (-len(text) % 4)
-    path.write_bytes(struct.pack("<4sIIII", b"glTF", 2, 28 + len(text) + len(data), len(text), 0x4E4F534A) + text +
-                     struct.pack("<II", len(data), 0x004E4942) + data)
+    path.write_bytes(pack_glb(json.dumps(document).encode(), data))
 
 
 def made_by(script, flag):

@@ -7,6 +7,9 @@ import json
 import struct
 import zlib
 
+from .glb_file import field_offsets, pack_glb
+from .png_file import pack_png
+
 # A grid of 3 x 3 vertices and 8 triangles, as Draco 1.5.5 and meshoptimizer 0.18 encode it.
 DRACO = bytes.fromhex(
     "445241434f02020101000000090802080200037fda07ff0111ff028840ff02884003ff0000000000010000010009030000020101090300010301"
@@ -38,14 +41,7 @@ def png(width=4, height=4, claim=None, rows=None, depth=8, kind=2, interlace=0, 
     channels = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}.get(kind, 3)
     if rows is None:
         rows = b"".join(b"\0" + bytes((x * 37 + y * 11) & 255 for x in range(width * channels)) for y in range(height))
-
-    def chunk(name, data):
-        crc = zlib.crc32(name + data) ^ (0 if good_crc else 1)
-        return struct.pack(">I", len(data)) + name + data + struct.pack(">I", crc)
-
-    size = claim or (width, height)
-    header = struct.pack(">IIBBBBB", size[0], size[1], depth, kind, 0, 0, interlace)
-    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows, 9)) + chunk(b"IEND", b"")
+    return pack_png(claim or (width, height), zlib.compress(rows, 9), kind, depth, interlace, good_crc)
 
 
 def hdr(width=8, height=4, claim=None, extra=""):
@@ -321,14 +317,14 @@ def finish_compressed(doc, extension):
     return root
 
 
-def glb(root, binary, magic=0x46546C67, version=2, length=None, json_length=None, json_type=0x4E4F534A, bin_length=None,
-        bin_type=0x004E4942):
-    text = json.dumps(root).encode()
-    text += b" " * (-len(text) % 4)
-    binary = bytes(binary) + b"\0" * (-len(binary) % 4)
-    chunks = struct.pack("<II", len(text) if json_length is None else json_length, json_type) + text
-    chunks += struct.pack("<II", len(binary) if bin_length is None else bin_length, bin_type) + binary
-    return struct.pack("<III", magic, version, 12 + len(chunks) if length is None else length) + chunks
+def glb(root, binary, **lies):
+    """Returns a .glb file of the document `root`; lies: numbers that its headers have instead of the true ones, by the
+    names of field_offsets()."""
+    data = bytearray(pack_glb(json.dumps(root).encode(), binary))
+    offsets = field_offsets(data)
+    for name, value in lies.items():
+        struct.pack_into("<I", data, offsets[name], value)
+    return bytes(data)
 
 
 def small_document():

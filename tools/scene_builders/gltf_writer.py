@@ -11,6 +11,8 @@ import pathlib
 import re
 import struct
 
+from .glb_file import pack_glb
+
 
 def _floats(vectors):
     values = [c for v in vectors for c in v]
@@ -259,12 +261,8 @@ class GltfWriter:
 
     def glb(self):
         """The bytes of the binary form."""
-        text = json.dumps({**self.root, "buffers": [{"byteLength": len(self.buffer)}]}, separators=(",", ":")).encode()
-        text += b" " * (-len(text) % 4)
-        data = bytes(self.buffer) + b"\0" * (-len(self.buffer) % 4)
-        total = 12 + 8 + len(text) + 8 + len(data)
-        return b"".join([struct.pack("<III", 0x46546C67, 2, total), struct.pack("<II", len(text), 0x4E4F534A), text,
-                         struct.pack("<II", len(data), 0x004E4942), data])
+        document = {**self.root, "buffers": [{"byteLength": len(self.buffer)}]}
+        return pack_glb(json.dumps(document, separators=(",", ":")).encode(), self.buffer)
 
     def variants(self, names):
         """Names of KHR_materials_variants, for variant_of()."""

@@ -8,21 +8,18 @@ import math
 import struct
 import zlib
 
+from .png_file import RGB, RGBA, pack_png
+
 
 def png(width, height, pixel):
     """8-bit PNG; pixel(x, y) is a tuple of 3 (RGB) or 4 (RGBA) numbers in [0, 255], y down from the top; rounded."""
-    first = len(pixel(0, 0))
+    channels = len(pixel(0, 0))
     rows = b"".join(b"\0" + bytes(int(c + 0.5) for x in range(width) for c in pixel(x, y)) for y in range(height))
-
-    def chunk(kind, data):
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-
     pieces = [rows[i:i + 65535] for i in range(0, len(rows), 65535)]
     stored = b"".join(struct.pack("<BHH", i == len(pieces) - 1, len(piece), len(piece) ^ 0xFFFF) + piece
                       for i, piece in enumerate(pieces))
-    header = struct.pack(">IIBBBBB", width, height, 8, {3: 2, 4: 6}[first], 0, 0, 0)
-    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header)
-            + chunk(b"IDAT", b"\x78\x01" + stored + struct.pack(">I", zlib.adler32(rows))) + chunk(b"IEND", b""))
+    packed = b"\x78\x01" + stored + struct.pack(">I", zlib.adler32(rows))
+    return pack_png((width, height), packed, {3: RGB, 4: RGBA}[channels])
 
 
 def hdr(width, height, radiance):

@@ -17,7 +17,6 @@ for renderers whose models differ and of which no test can say more.
 import argparse
 import math
 import pathlib
-import struct
 import sys
 import zlib
 
@@ -26,6 +25,9 @@ import modules
 modules.need(["numpy", "OpenEXR"], "eikon-versus", "OpenEXR numpy")
 
 import numpy as np  # noqa: E402
+
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1]))
+from scene_builders.png_file import pack_png  # noqa: E402
 
 
 def read(path):
@@ -89,13 +91,7 @@ def write_png(path, image):
     encoded = np.where(image <= 0.0031308, 12.92 * image, 1.055 * image ** (1 / 2.4) - 0.055)
     rows = np.round(255 * encoded).astype(np.uint8).reshape(image.shape[0], -1)
     rows = np.concatenate([np.zeros((len(rows), 1), np.uint8), rows], axis=1).tobytes()
-
-    def chunk(kind, data):
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-
-    header = struct.pack(">IIBBBBB", image.shape[1], image.shape[0], 8, 2, 0, 0, 0)
-    pathlib.Path(path).write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header)
-                                   + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
+    pathlib.Path(path).write_bytes(pack_png((image.shape[1], image.shape[0]), zlib.compress(rows)))
 
 
 def side_by_side(test, reference, exposure):
