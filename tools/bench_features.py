@@ -16,10 +16,11 @@ import json
 import os
 import pathlib
 import platform
-import subprocess
 import sys
 import tempfile
 
+from common.child_process import run_or_exit
+from common.eikon_flag import add_eikon_flag
 from scene_builders import scene_pictures
 from scene_builders.gltf_writer import GltfWriter
 from scene_builders.scene_shapes import look_at, quad, sphere
@@ -186,17 +187,12 @@ def features():
 def render(options, scene, flags, folder, spp):
     """(ns per sample, rays per sample, the device) of one render; with --cpu (ns of processor time, ...) of all samples."""
     stats = folder / "stats.json"
-    command = [options.eikon, "render", str(scene), "-o", str(folder / "out.exr"), "--size", options.size, "--spp",
-               str(spp), "--max-depth", "4", "--stats", str(stats), "--quiet", *flags]
+    command = [options.eikon, "render", scene, "-o", folder / "out.exr", "--size", options.size, "--spp", spp, "--max-depth", "4", "--stats", str(stats), "--quiet", *flags]
     if "merge" not in flags:  # which --strict does not allow, because it has a bias
         command.append("--strict")
     if options.devices:
         command += ["--devices", options.devices]
-    before = os.times().children_user
-    done = subprocess.run(command, capture_output=True, text=True)
-    user_ns = 1e9 * (os.times().children_user - before)
-    if done.returncode != 0:
-        sys.exit(f"{' '.join(command)}: exit code {done.returncode}: {done.stderr.strip()}")
+    user_ns = 1e9 * run_or_exit(*command).user_s
     found = json.loads(stats.read_text())
     return user_ns if options.cpu else 1e9 / found["samples_per_second"], found["rays"]["total"] / found["samples"], found["devices"][0]["name"]
 
@@ -205,10 +201,7 @@ def make_table(options, surface, folder):
     """table.binary in that folder, measured from a ball of this surface."""
     scene = folder / "known.gltf"
     Variant(**surface).write(scene)
-    command = [options.eikon, "measure", str(scene), "--material", "ball 0", "-o", str(folder / "table.binary")]
-    done = subprocess.run(command, capture_output=True, text=True)
-    if done.returncode != 0:
-        sys.exit(f"{' '.join(command)}: exit code {done.returncode}: {done.stderr.strip()}")
+    run_or_exit(options.eikon, "measure", scene, "--material", "ball 0", "-o", folder / "table.binary")
 
 
 def measure(options, off, on):
@@ -238,8 +231,7 @@ def measure(options, off, on):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    root = pathlib.Path(__file__).resolve().parent.parent
-    parser.add_argument("--eikon", default=str(root / "build-release" / "eikon"))
+    add_eikon_flag(parser)
     parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--spp", type=int, default=64)
     parser.add_argument("--size", default="256x256")

@@ -12,6 +12,8 @@ import shutil
 import subprocess
 import tempfile
 
+from common import child_process
+
 from . import errors
 
 NEVER_SIZED = (1280, 720)  # guess for an image whose camera decides its size, until one was measured
@@ -124,16 +126,11 @@ class Measured:
 
 def run_render(eikon, words, folder):
     """Runs eikon and returns (seconds, megabytes at most); fails with its message."""
-    before = os.times().elapsed
-    with tempfile.TemporaryFile("w+") as said:
-        child = subprocess.Popen([eikon, "render", *words], cwd=folder, stdout=subprocess.DEVNULL, stderr=said)
-        _, status, usage = os.wait4(child.pid, 0)
-        child.returncode = os.waitstatus_to_exitcode(status)
-        said.seek(0)
-        if child.returncode != 0:
-            line = said.read().strip().split("\n")[-1].removeprefix("eikon: ")
-            raise errors.FarmError(f"the measured run failed: {line}", abs(child.returncode))
-    return os.times().elapsed - before, usage.ru_maxrss / 1024
+    done = child_process.run([eikon, "render", *words], cwd=folder)
+    if done.exit_code != 0:
+        line = done.stderr.strip().split("\n")[-1].removeprefix("eikon: ")
+        raise errors.FarmError(f"the measured run failed: {line}", abs(done.exit_code))
+    return done.wall_s, done.peak_mib
 
 
 def smaller(job):
@@ -199,18 +196,13 @@ def measure_merge(eikon, job, folder):
             parts.append(os.path.join(scratch, f"part{number}.exr"))
             run_render(eikon, [*job.part, "--samples", f"{begin}:{begin + 1}", "-o", parts[-1], "--quiet"], folder)
         for some in (parts[:1], parts):
-            before = os.times().elapsed
-            subprocess.run([eikon, "merge", *some, "-o", os.path.join(scratch, "merged.exr"), "--quiet"], check=False,
-                           capture_output=True)
-            took.append(os.times().elapsed - before)
+            took.append(child_process.run([eikon, "merge", *some, "-o", os.path.join(scratch, "merged.exr"), "--quiet"]).wall_s)
     return max(0.0, took[1] - took[0])
 
 
 def quote(words):
     """A line that a shell, and a batch, split into the same words."""
     return " ".join(shlex.quote(word) for word in words)
-
-
 
 
 def without(words, flags):

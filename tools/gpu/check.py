@@ -20,6 +20,9 @@ import tempfile
 
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
+sys.path.append(str(ROOT / "tools"))
+from common import child_process  # noqa: E402
+
 BOUNDS = HERE / "bounds.tsv"
 
 # (name, scene, options of the render, compilers). Traversal is that of `cornell` in all scenes
@@ -59,17 +62,13 @@ class Compilers:
     def library(self, name):
         return ["-Xclang", "-mlink-builtin-bitcode", "-Xclang", self.root / "usr/lib/clc" / name]
 
-    def run(self, command, log, folder=None):
-        """(what it prints, seconds of processor time); raises RuntimeError."""
-        with open(log, "w+", errors="replace") as out:
-            process = subprocess.Popen(list(map(str, command)), stdout=out, stderr=subprocess.STDOUT, env=self.environment, cwd=folder)
-            _, status, usage = os.wait4(process.pid, 0)
-            process.returncode = os.waitstatus_to_exitcode(status)
-            out.seek(0)
-            text = out.read()
-        if process.returncode != 0:
+    def run(self, command, folder=None):
+        """Returns (what a compiler prints, seconds of processor time); raises RuntimeError if it fails."""
+        done = child_process.run(command, env=self.environment, cwd=folder)
+        text = done.stdout + done.stderr
+        if done.exit_code != 0:
             raise RuntimeError(f"{pathlib.Path(command[0]).name} fails: {text.strip()[:1500]}")
-        return text, usage.ru_utime + usage.ru_stime
+        return text, done.processor_s
 
 
 def sections(path):
@@ -96,8 +95,8 @@ def nvidia(compilers, source, options, base):
     ptx, cubin = f"{base}.ptx", pathlib.Path(f"{base}.cubin")
     _, first = compilers.run([*compilers.clang, "--target=nvptx64-nvidia-nvcl", "-Xclang", "-target-cpu", "-Xclang", "sm_80",
                               "-Xclang", "-target-feature", "-Xclang", "+ptx78", "-S", *compilers.library("nvptx64--nvidiacl.bc"),
-                              *options, source, "-o", ptx], f"{base}.clang")
-    log, second = compilers.run([compilers.ptxas, "-v", "-O3", f"-arch={ARCHITECTURE}", ptx, "-o", cubin], f"{base}.ptxas")
+                              *options, source, "-o", ptx])
+    log, second = compilers.run([compilers.ptxas, "-v", "-O3", f"-arch={ARCHITECTURE}", ptx, "-o", cubin])
     code, found = sections(cubin), {}
     for kernel, body in re.findall(r"Compiling entry function '(\w+)' for '\w+'\n(.*?)(?=ptxas info\s+: Compiling|\Z)", log, re.S):
         frame, spilled = map(int, re.search(r"(\d+) bytes stack frame, (\d+) bytes spill stores", body).groups())
@@ -110,7 +109,7 @@ def nvidia(compilers, source, options, base):
 def amd(compilers, source, options, base):
     log, seconds = compilers.run([*compilers.clang, "--target=amdgcn-amd-amdhsa", f"-mcpu={AMD}", "-S",
                                   "-Rpass-analysis=kernel-resource-usage", *compilers.library("amdgcn--amdhsa.bc"), *options, source,
-                                  "-o", f"{base}.s"], f"{base}.log")
+                                  "-o", f"{base}.s"])
     found = {}
     for kernel, body in re.findall(r"Function Name: (\w+)(.*?)(?=Function Name|\Z)", log, re.S):
         number = {name.strip(): int(value) for name, value in re.findall(r"remark:[^\n]*?([A-Z][\w ]*)(?:\[[^\]]*\])?: (\d+)", body)}
@@ -123,7 +122,7 @@ def intel(compilers, source, options, base):
     folder = pathlib.Path(base)
     folder.mkdir()
     _, seconds = compilers.run([compilers.ocloc, "compile", "-file", source, "-device", INTEL, "--format", "zebin",
-                                "-options", " ".join(options)], f"{base}.log", folder)
+                                "-options", " ".join(options)], folder)
     parts = sections(next(folder.glob("*.bin")))
     found = {}
     for kernel in re.split(r"\n  - name: +", parts[".ze_info"].decode(errors="replace").split("kernels_misc_info")[0])[1:]:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a batch saves: small renders as one batch, as processes with an empty kernel cache, and as processes with a warm one.
 
-  tools/measure/batch.py build-release/eikon [--jobs 20] [--side 128] [--spp 16] [--rounds 2] [--cold-jobs 6]
+  tools/measure/batch.py [--eikon FILE] [--jobs 20] [--side 128] [--spp 16] [--rounds 2] [--cold-jobs 6]
 
 Each round runs the batch and the processes with the warm cache in turn, so that what else the machine does meets both; the
 processes with empty caches run once. Rendering alone is, of each job, from its first unit of work to its last: as the
@@ -13,14 +13,16 @@ which nothing disturbed it, a bound that no whole run of twenty jobs can meet. E
 import argparse
 import json
 import os
+import pathlib
 import shlex
 import statistics
-import subprocess
+import sys
 import tempfile
-import time
-from pathlib import Path
 
-SCENES = Path(__file__).resolve().parents[2] / "scenes"
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.append(str(ROOT / "tools"))
+from common.child_process import run_or_exit  # noqa: E402
+from common.eikon_flag import add_eikon_flag  # noqa: E402
 
 
 def jobs(count, folder, side, spp):
@@ -32,28 +34,27 @@ def jobs(count, folder, side, spp):
         flags = ["--size", size, "--spp", str(spp), "--seed", str(i)]
         if i % 10 == 9:
             flags += ["--aov", "albedo,normal"]
-        made.append([str(SCENES / f"{name}.gltf"), "-o", str(folder / f"{i}.exr"), *flags])
+        made.append([str(ROOT / f"scenes/{name}.gltf"), "-o", str(folder / f"{i}.exr"), *flags])
     return made
 
 
 def timed(command, **environment):
-    begin = time.perf_counter()
-    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, env={**os.environ, **environment})
-    return time.perf_counter() - begin
+    """Returns the seconds of the clock that a command takes with more environment variables."""
+    return run_or_exit(*command, env={**os.environ, **environment}).wall_s
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("eikon", type=Path)
+    add_eikon_flag(parser)
     parser.add_argument("--jobs", type=int, default=20)
     parser.add_argument("--side", type=int, default=128, help="of the images, in pixels")
     parser.add_argument("--spp", type=int, default=16)
     parser.add_argument("--rounds", type=int, default=2)
     parser.add_argument("--cold-jobs", type=int, default=6, help="of the processes with an empty cache, only so many; the rest is reckoned")
     arguments = parser.parse_args()
-    eikon = str(arguments.eikon.resolve())
+    eikon = arguments.eikon
     with tempfile.TemporaryDirectory() as work:
-        folder = Path(work)
+        folder = pathlib.Path(work)
         lines = jobs(arguments.jobs, folder, arguments.side, arguments.spp)
         file = folder / "jobs.txt"
         file.write_text("".join("render " + shlex.join(line) + "\n" for line in lines))

@@ -18,11 +18,14 @@ import math
 import pathlib
 import shlex
 import statistics
-import subprocess
 import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.append(str(ROOT / "tools"))
+from common.child_process import run_or_exit  # noqa: E402
+from common.eikon_flag import add_eikon_flag  # noqa: E402
+
 USUAL = ["cornell=96x96@16384", "window_room=96x64@16384", "cornell_spheres=96x96@32768", "lamps=96x64@8192", "prism=96x64@32768",
          "alpha=96x64@8192", "sun_room=96x64@32768", "shelf_lamp_room=96x64@32768", "sphere_in_sky=96x64@8192", "tumbler=96x64@16384"]
 REFERENCE_SEED = 1_000_003
@@ -37,13 +40,6 @@ def parse_scene(text):
     if path.suffix not in (".gltf", ".glb"):
         path = ROOT / "scenes" / f"{name}.gltf"
     return path.resolve(), size or "96x96", int(spp or 16384)
-
-
-def run(*command):
-    done = subprocess.run([str(c) for c in command], capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        sys.exit(f"coverage.py: {' '.join(str(c) for c in command)} ended with {done.returncode}: {done.stderr.strip()}")
-    return done.stdout
 
 
 def measured(eikon, folder, scene, size, spp, seeds, most_seeds, reference):
@@ -64,10 +60,10 @@ def measured_seeds(eikon, folder, scene, size, spp, seeds, reference):
     jobs = folder / f"{spp}.jobs"
     jobs.write_text("".join(f"render {shlex.quote(str(scene))} -o {name}.exr --stats {name}.json --size {size} --spp {spp} --seed {seed}\n"
                             for seed, name in zip(seeds, names)))
-    run(eikon, "batch", jobs, "--quiet")
+    run_or_exit(eikon, "batch", jobs, "--quiet")
     results = []
     for name in names:
-        error = json.loads(run(eikon, "compare", folder / f"{name}.exr", reference, "--json"))["relmse"]
+        error = json.loads(run_or_exit(eikon, "compare", folder / f"{name}.exr", reference, "--json").stdout)["relmse"]
         stats = json.loads((folder / f"{name}.json").read_text())
         interval = find(stats, "relmse_interval")
         if interval is None:
@@ -95,7 +91,8 @@ def find_reference(eikon, folder, scene, size, spp):
     image = folder / f"{scene.stem}.{size}.{spp}.exr"
     stats = image.with_suffix(".json")
     if not image.exists() or not stats.exists():
-        run(eikon, "render", scene, "-o", image, "--stats", stats, "--size", size, "--spp", spp, "--seed", REFERENCE_SEED, "--quiet")
+        run_or_exit(eikon, "render", scene, "-o", image, "--stats", stats, "--size", size, "--spp", spp, "--seed", REFERENCE_SEED,
+                    "--quiet")
     return image, find(json.loads(stats.read_text()), "relmse_predicted")
 
 
@@ -120,7 +117,7 @@ def row(results, reference_error):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenes", nargs="*", default=USUAL)
-    parser.add_argument("--eikon", default=str(ROOT / "build-release/eikon"))
+    add_eikon_flag(parser)
     parser.add_argument("--seeds", type=int, default=24, help="least number of seeds")
     parser.add_argument("--most-seeds", type=int, default=480)
     parser.add_argument("--spp", default="4,16,64")

@@ -3,7 +3,7 @@
 """How much faster two one-core nodes are than one, with submission and merge, and what a task costs beside its rendering:
 on the cluster that the tests of the farm start on this machine.
 
-  tools/measure/farm_speed.py EIKON [--rounds N] [--spp N] [--size WxH] [flags of submit]
+  tools/measure/farm_speed.py [--eikon FILE] [--rounds N] [--spp N] [--size WxH] [flags of submit]
 
 One and two nodes take turns, so that what else the machine does meets both. Every run is told twice: as the clock has it,
 and as the seconds of the processor, user's and system's, on the way from the call of submit to the image: of submit, of the
@@ -13,15 +13,17 @@ import argparse
 import json
 import pathlib
 import re
-import resource
 import statistics
-import subprocess
 import sys
 import tempfile
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.dont_write_bytecode = True
+sys.path.append(str(ROOT / "tools"))
+from common.child_process import run_or_exit  # noqa: E402
+from common.eikon_flag import add_eikon_flag  # noqa: E402
+
 sys.path.insert(0, str(ROOT / "tests/farm"))
 import cluster as test_cluster  # noqa: E402
 
@@ -56,11 +58,10 @@ def phases_of(tasks, submitted, image_at):
 def one_run(cluster, folder, options, words):
     """({phase: seconds of the clock}, {phase: seconds of the processor}, processor seconds of each task beside rendering)"""
     image = folder / "room.exr"
-    before, begin = resource.getrusage(resource.RUSAGE_CHILDREN), time.time()
-    subprocess.run([ROOT / "tools/eikon-farm", "submit", ROOT / "scenes/window_room.gltf", "-o", image, "--size", options.size,
-                    "--spp", str(options.spp), "--eikon", options.eikon, "--folder", folder / "farm", *words, *options.words],
-                   env=cluster.environment, check=True, stdout=subprocess.DEVNULL)
-    submitted, after = time.time(), resource.getrusage(resource.RUSAGE_CHILDREN)
+    submit = run_or_exit(ROOT / "tools/eikon-farm", "submit", ROOT / "scenes/window_room.gltf", "-o", image, "--size", options.size,
+                         "--spp", options.spp, "--eikon", options.eikon, "--folder", folder / "farm", *words, *options.words,
+                         env=cluster.environment)
+    submitted = time.time()
     test_cluster.wait_until(lambda: image.exists() or not cluster.run("squeue", "-h"), 1800, "the image")
     image_at = image.stat().st_mtime
     test_cluster.wait_until(lambda: not cluster.run("squeue", "-h"), 60, "an empty queue")
@@ -71,8 +72,7 @@ def one_run(cluster, folder, options, words):
         share = sum(entry["render_seconds"] for entry in done) / max(tasks[-1]["rendered"][0] - tasks[-1]["ready"][0], 1e-9)
         beside.append(tasks[-1]["rendered"][1] - share * (tasks[-1]["rendered"][1] - tasks[-1]["ready"][1]))
     wall, cpu = phases_of(tasks, submitted, image_at)
-    wall["submit"] = submitted - begin
-    cpu["submit"] = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    wall["submit"], cpu["submit"] = submit.wall_s, submit.processor_s
     return wall, cpu, beside, len(tasks)
 
 
@@ -84,12 +84,11 @@ def say(nodes, tasks, kind, seconds):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("eikon")
+    add_eikon_flag(parser)
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--spp", type=int, default=64)
     parser.add_argument("--size", default="1280x720")
     options, options.words = parser.parse_known_args()
-    options.eikon = pathlib.Path(options.eikon).resolve()
     totals = {(nodes, kind): [] for nodes in (1, 2) for kind in ("clock", "processor")}
     with test_cluster.Cluster() as cluster, tempfile.TemporaryDirectory() as space:
         cluster.environment["EIKON_NODE_CACHE"] = f"{space}/kernels"

@@ -19,6 +19,8 @@ import numpy as np
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "tools"))
+from common.child_process import peak_bytes_from_small_parent  # noqa: E402
+from common.eikon_flag import add_eikon_flag  # noqa: E402
 from scene_builders.glb_file import pack_glb  # noqa: E402
 
 BYTE, SHORT, UNSIGNED, FLOAT = 5120, 5122, 5125, 5126  # types of components in glTF
@@ -162,28 +164,14 @@ FILES = {
 }
 
 
-# A child's peak begins with what its parent has, so a small process starts it, and not this one
-# with its arrays.
-STARTER = """
-import os, subprocess, sys
-child = subprocess.Popen(sys.argv[1:], stdout=subprocess.DEVNULL)
-_, status, usage = os.wait4(child.pid, 0)
-print(usage.ru_maxrss)
-sys.exit(1 if status else 0)
-"""
-
-
-def peak_mb(command):
-    """The most memory that a program had at a time, in 10^6 bytes."""
-    done = subprocess.run([sys.executable, "-c", STARTER, *map(str, command)], capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        sys.exit("file_memory.py: eikon %s failed: %s" % (command[1], done.stderr.strip()))
-    return int(done.stdout) * 1024e-6
+def peak_mb(*command):
+    """Returns the most memory that a program had at a time, in 10^6 bytes."""
+    return 1e-6 * peak_bytes_from_small_parent(*command)  # this process has large arrays
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--eikon", type=pathlib.Path, default=ROOT / "build-release/eikon")
+    add_eikon_flag(parser)
     parser.add_argument("--side", type=int, default=1001, help="vertices along each side [1001, for 2 million triangles]")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
@@ -202,8 +190,8 @@ def main():
             path = make if isinstance(make, pathlib.Path) else folder / "file.glb"
             if path is not make:
                 make(options.side, path)
-            peak_mb([options.eikon, "render", path, *flags])  # compiles, which takes memory too
-            info, render = peak_mb([options.eikon, "info", path]), peak_mb([options.eikon, "render", path, *flags])
+            peak_mb(options.eikon, "render", path, *flags)  # compiles, which takes memory too
+            info, render = peak_mb(options.eikon, "info", path), peak_mb(options.eikon, "render", path, *flags)
             print(f"| {words} | {path.stat().st_size * 1e-6:.1f} | {info:.0f} | {render:.0f} |", flush=True)
 
 

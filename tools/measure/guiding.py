@@ -19,33 +19,21 @@ has the least gain and the median of those that are guided. Without scenes, all 
 import argparse
 import json
 import math
-import os
 import pathlib
 import statistics
-import subprocess
 import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.append(str(ROOT / "tools"))
+from common import child_process  # noqa: E402
+from common.child_process import run_or_exit  # noqa: E402
+from common.eikon_flag import add_eikon_flag  # noqa: E402
+
 REFERENCE_SEED = 1_000_003
 USUAL_SIZE = "160x128"
 INPUT_ERROR = 3  # exit code
-
-
-def run(*command):
-    """The output of a command; ends the program where it fails."""
-    done = subprocess.run([str(c) for c in command], capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        sys.exit(f"guiding.py: {' '.join(str(c) for c in command)} ended with {done.returncode}: {done.stderr.strip()}")
-    return done.stdout
-
-
-def processor_seconds(action):
-    """What an action returns, and the processor seconds of the processes that it ran."""
-    before = os.times()
-    result = action()
-    after = os.times()
-    return result, after.children_user + after.children_system - before.children_user - before.children_system
+LEAST_RELMSE = 1e-12  # keeps ratios finite where the reference states a larger error than the image has
 
 
 def parse_scene(text):
@@ -59,7 +47,12 @@ def parse_scene(text):
 
 def is_refused(eikon, scene):
     """True if eikon does not load the file."""
-    return subprocess.run([eikon, "info", scene], capture_output=True, check=False).returncode == INPUT_ERROR
+    return child_process.run([eikon, "info", scene]).exit_code == INPUT_ERROR
+
+
+def relmse(eikon, image, reference):
+    """Returns the relMSE of an image against a reference, as `eikon compare` finds it."""
+    return json.loads(run_or_exit(eikon, "compare", image, reference, "--json").stdout)["relmse"]
 
 
 def without_gain(scene, size, decision, predicted):
@@ -82,31 +75,31 @@ def measure(eikon, scene, size, options):
             return json.loads((folder / f"{name}.json").read_text())
 
         (folder / "first").write_text(job("auto", "auto", 1, 0))
-        run(eikon, "batch", folder / "first", "--quiet")
+        run_or_exit(eikon, "batch", folder / "first", "--quiet")
         pilot = stats("auto")["pilot"]
         if pilot is None and not options.all:
             return without_gain(scene, size, "no pilot", None)
         if options.decided and not (pilot and pilot["roulette_depth"]):
             return without_gain(scene, size, "off", pilot and pilot["gain"])
         (folder / "asked").write_text(job("on", "on", 1, 0))
-        run(eikon, "batch", folder / "asked", "--quiet")
+        run_or_exit(eikon, "batch", folder / "asked", "--quiet")
         asked = stats("on")["pilot"]
         if asked is None:
             return without_gain(scene, size, "no pilot", None)
         seeds = range(options.seeds)
         (folder / "reference").write_text(job("reference", options.reference, options.reference_spp, REFERENCE_SEED))
-        run(eikon, "batch", folder / "reference", "--quiet")
+        run_or_exit(eikon, "batch", folder / "reference", "--quiet")
         seconds = {"off": 0.0, "on": 0.0}
         # Programs are compiled here, and not in the seconds that are counted.
         (folder / "warm").write_text("".join(job(f"warm_{way}", way, 1, 0) for way in seconds))
-        run(eikon, "batch", folder / "warm", "--quiet")
+        run_or_exit(eikon, "batch", folder / "warm", "--quiet")
         for seed in seeds:
             for way in seconds:
                 (folder / "jobs").write_text(job(f"{way}{seed}", way, options.spp, seed))
-                seconds[way] += processor_seconds(lambda: run(eikon, "batch", folder / "jobs", "--quiet"))[1]
+                seconds[way] += run_or_exit(eikon, "batch", folder / "jobs", "--quiet").processor_s
         own = stats("reference")["relmse_predicted"]
-        errors = {way: [max(json.loads(run(eikon, "compare", folder / f"{way}{seed}.exr", folder / "reference.exr",
-                                           "--json"))["relmse"] - own, 1e-12) for seed in seeds] for way in ("off", "on")}
+        errors = {way: [max(relmse(eikon, folder / f"{way}{seed}.exr", folder / "reference.exr") - own, LEAST_RELMSE) for seed in seeds]
+                  for way in ("off", "on")}
         rays = {way: statistics.fmean(stats(f"{way}{seed}")["rays"]["total"] for seed in seeds) for way in ("off", "on")}
     mean = {way: statistics.fmean(errors[way]) for way in errors}
     doubt = math.sqrt(sum((statistics.stdev(errors[way]) / mean[way]) ** 2 for way in errors) / options.seeds)
@@ -121,7 +114,7 @@ def measure(eikon, scene, size, options):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("scenes", nargs="*", metavar="SCENE[=WxH]")
-    parser.add_argument("--eikon", default="eikon")
+    add_eikon_flag(parser)
     parser.add_argument("--seeds", type=int, default=4)
     parser.add_argument("--spp", type=int, default=64)
     parser.add_argument("--reference-spp", type=int, default=4096)

@@ -20,8 +20,11 @@ import statistics
 import sys
 import tempfile
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from guiding import REFERENCE_SEED, ROOT, is_refused, parse_scene, processor_seconds, run
+from guiding import LEAST_RELMSE, REFERENCE_SEED, ROOT, is_refused, parse_scene, relmse
+
+sys.path.append(str(ROOT / "tools"))
+from common.child_process import run_or_exit  # noqa: E402
+from common.eikon_flag import add_eikon_flag  # noqa: E402
 
 
 def measure(eikon, scene, size, options):
@@ -33,11 +36,10 @@ def measure(eikon, scene, size, options):
 
         def render(name, light_paths, spp, seed):
             """Its statistics, with the processor seconds of the command as "processor_s"."""
-            command = [eikon, "render", scene, "-o", folder / f"{name}.exr", "--stats", folder / f"{name}.json", "--size", size,
-                       "--guiding", "off", "--spp", str(spp), "--seed", str(seed), "--quiet"]
             flags = [] if light_paths == "auto" else ["--light-paths", light_paths]
-            _, seconds = processor_seconds(lambda: run(*command, *flags))
-            return json.loads((folder / f"{name}.json").read_text()) | {"processor_s": seconds}
+            done = run_or_exit(eikon, "render", scene, "-o", folder / f"{name}.exr", "--stats", folder / f"{name}.json", "--size", size,
+                               "--guiding", "off", "--spp", spp, "--seed", seed, "--quiet", *flags)
+            return json.loads((folder / f"{name}.json").read_text()) | {"processor_s": done.processor_s}
 
         for way in ("off", "auto"):
             first = render("first", way, 1, 0)  # compiles
@@ -54,8 +56,8 @@ def measure(eikon, scene, size, options):
         if count == 0:
             return row
         own = render("reference", "0.25", options.reference_spp, REFERENCE_SEED)["relmse_predicted"]
-        errors = {way: [max(json.loads(run(eikon, "compare", folder / f"{way}{seed}.exr", folder / "reference.exr",
-                                           "--json"))["relmse"] - own, 1e-12) for seed in range(options.seeds)] for way in ways}
+        errors = {way: [max(relmse(eikon, folder / f"{way}{seed}.exr", folder / "reference.exr") - own, LEAST_RELMSE)
+                        for seed in range(options.seeds)] for way in ways}
     mean = {way: statistics.fmean(errors[way]) for way in ways}
     doubt = math.sqrt(sum((statistics.stdev(errors[way]) / mean[way]) ** 2 for way in ways) / options.seeds)
     rays = {way: statistics.fmean(run["rays"]["total"] for run in runs[way]) for way in ways}
@@ -66,7 +68,7 @@ def measure(eikon, scene, size, options):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("scenes", nargs="*", metavar="SCENE[=WxH]")
-    parser.add_argument("--eikon", default="eikon")
+    add_eikon_flag(parser)
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--spp", type=int, default=64)
     parser.add_argument("--reference-spp", type=int, default=2048)

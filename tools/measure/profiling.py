@@ -11,19 +11,20 @@ import argparse
 import json
 import os
 import pathlib
-import subprocess
 import sys
 import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.append(str(ROOT / "tools"))
+from common.child_process import run_or_exit  # noqa: E402
+from common.eikon_flag import add_eikon_flag  # noqa: E402
 
 CASES = {"plain": ([], {"EIKON_TICKS": "off"}), "counter": ([], {}), "counter, --profile": (["--profile", "trace.json"], {})}
 
 
 def seconds(options, folder, flags, variables):
-    command = [options.eikon, "render", str(options.scene), "-o", "out.exr", "--size", options.size, "--spp",
-               str(options.spp), "--stats", "stats.json", "--quiet", *flags]
-    done = subprocess.run(command, cwd=folder, env={**os.environ, **variables}, capture_output=True, text=True)
-    if done.returncode != 0:
-        sys.exit(f"{' '.join(command)}: exit code {done.returncode}: {done.stderr.strip()}")
+    run_or_exit(options.eikon, "render", options.scene, "-o", "out.exr", "--size", options.size, "--spp", options.spp, "--stats",
+                "stats.json", "--quiet", *flags, cwd=folder, env={**os.environ, **variables})
     stats = json.loads((folder / "stats.json").read_text())
     # What stands in for the counter is work of its own, which a processor that has one does not do.
     sampling = sum(s["seconds"] for s in stats["stages"] if s["stage"] == "sampling")
@@ -32,9 +33,8 @@ def seconds(options, folder, flags, variables):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    root = pathlib.Path(__file__).resolve().parents[2]
-    parser.add_argument("scene", nargs="?", type=lambda p: pathlib.Path(p).resolve(), default=root / "scenes" / "cornell.gltf")
-    parser.add_argument("--eikon", type=lambda p: str(pathlib.Path(p).resolve()), default=str(root / "build-release" / "eikon"))
+    parser.add_argument("scene", nargs="?", type=lambda p: pathlib.Path(p).resolve(), default=ROOT / "scenes/cornell.gltf")
+    add_eikon_flag(parser)
     parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--spp", type=int, default=64)
     parser.add_argument("--size", default="256x256")

@@ -13,7 +13,6 @@ scenes, and need numpy; --plot needs matplotlib.
 import argparse
 import json
 import math
-import os
 import pathlib
 import random
 import struct
@@ -25,6 +24,8 @@ import zlib
 TOOLS = pathlib.Path(__file__).resolve().parents[1]
 ROOT = TOOLS.parent
 sys.path.append(str(TOOLS))
+from common import child_process  # noqa: E402
+from common.eikon_flag import add_eikon_flag  # noqa: E402
 from scene_builders.glb_file import pack_glb  # noqa: E402
 from scene_builders.png_file import pack_png  # noqa: E402
 
@@ -91,16 +92,11 @@ SHIPPED = ROOT / "scenes/cornell.gltf"
 def measure(eikon, scene, flags, folder):
     """The columns of one render."""
     stats = folder / "stats.json"
-    command = [str(eikon), "render", str(scene), "-o", str(folder / "out.exr"), "--stats", str(stats), "--quiet", *flags]
-    child = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-    said = child.stderr.read()
-    _, status, usage = os.wait4(child.pid, 0)
-    if status != 0:
-        sys.exit(f"scaling.py: {' '.join(command)} ended with {os.waitstatus_to_exitcode(status)}: {said.strip()}")
+    done = child_process.run_or_exit(eikon, "render", scene, "-o", folder / "out.exr", "--stats", stats, "--quiet", *flags)
     told = json.loads(stats.read_text())
     seconds = told["seconds"]
     return {"load_s": seconds["load"], "build_s": seconds["build"], "sample_us": 1e6 / told["samples_per_second"],
-            "peak_mb": usage.ru_maxrss / 1024}
+            "peak_mb": done.peak_mib}
 
 
 def exponent(points):
@@ -148,7 +144,7 @@ def plot(axes, path):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--eikon", type=pathlib.Path, default=ROOT / "build-release/eikon")
+    add_eikon_flag(parser)
     parser.add_argument("--axis", default=",".join(AXES), help="of " + ", ".join(AXES) + " [all]")
     parser.add_argument("--most", type=int, default=10**9, help="leave out larger counts")
     parser.add_argument("--rounds", type=int, default=3)

@@ -9,33 +9,28 @@ a frame is reading, posing, packing, trees, the pilot, prediction and files. Oth
 """
 
 import argparse
-import os
 import pathlib
 import subprocess
 import sys
 import tempfile
-import time
 
-TOOLS = pathlib.Path(__file__).resolve().parent.parent
+TOOLS = pathlib.Path(__file__).resolve().parents[1]
+sys.path.append(str(TOOLS))
+from common import child_process  # noqa: E402
+from common.eikon_flag import add_eikon_flag  # noqa: E402
 
 
 def run(eikon, scene, folder, frames, spp, flags):
-    """(processor seconds, seconds, peak MB) of a sequence."""
-    command = [eikon, "render", str(scene), "-o", str(folder / "f_%04d.exr"), "--frames", f"0:{frames - 1}", 
-               "--size", "320x240", "--spp", str(spp), "--quiet", *flags]
+    """Returns what rendering a sequence took, as a child_process.Finished."""
     for old in folder.glob("f_*"):
         old.unlink()
-    begin = time.monotonic()
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
-    _, status, usage = os.wait4(process.pid, 0)
-    if status != 0:
-        sys.exit(f"sequence.py: {' '.join(command)} ended with status {status}")
-    return usage.ru_utime + usage.ru_stime, time.monotonic() - begin, usage.ru_maxrss / 1024
+    return child_process.run_or_exit(eikon, "render", scene, "-o", folder / "f_%04d.exr", "--frames", f"0:{frames - 1}",
+                                     "--size", "320x240", "--spp", spp, "--quiet", *flags)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--eikon", default="build-release/eikon", help="program (default build-release/eikon)")
+    add_eikon_flag(parser)
     parser.add_argument("--frames", type=int, default=100)
     parser.add_argument("--triangles", type=int, default=50000)
     parser.add_argument("--spp", type=int, default=4)
@@ -46,12 +41,14 @@ def main():
         subprocess.run([TOOLS / "make_scenes.py", "--figure", str(arguments.triangles), scene], check=True)
         for title, flags in (("with its pilots", []), ("--guiding off", ["--guiding=off"])):
             run(arguments.eikon, scene, folder, 2, arguments.spp, flags)  # compiles
-            start, _, _ = run(arguments.eikon, scene, folder, 1, arguments.spp, flags)
-            few, seconds, peak = run(arguments.eikon, scene, folder, arguments.frames, arguments.spp, flags)
-            many, _, _ = run(arguments.eikon, scene, folder, arguments.frames, 3 * arguments.spp, flags)
-            samples = (many - few) / 2
-            print(f"{title}: {few:.2f} s of processor time ({seconds:.2f} s), of which samples {samples:.2f} s; outside of them "
-                  f"{1 - samples / few:.2f}; a frame {1000 * (few - start) / max(arguments.frames - 1, 1):.1f} ms; peak {peak:.0f} MB")
+            start_s = run(arguments.eikon, scene, folder, 1, arguments.spp, flags).processor_s
+            few = run(arguments.eikon, scene, folder, arguments.frames, arguments.spp, flags)
+            many = run(arguments.eikon, scene, folder, arguments.frames, 3 * arguments.spp, flags)
+            samples_s = (many.processor_s - few.processor_s) / 2
+            frame_s = (few.processor_s - start_s) / max(arguments.frames - 1, 1)
+            print(f"{title}: {few.processor_s:.2f} s of processor time ({few.wall_s:.2f} s), of which samples {samples_s:.2f} s; "
+                  f"outside of them {1 - samples_s / few.processor_s:.2f}; a frame {1000 * frame_s:.1f} ms; "
+                  f"peak {few.peak_mib:.0f} MB")
 
 
 if __name__ == "__main__":

@@ -15,7 +15,6 @@ import base64
 import json
 import os
 import pathlib
-import subprocess
 import sys
 import tempfile
 
@@ -28,6 +27,10 @@ import numpy as np  # noqa: E402
 
 import blender_picture  # noqa: E402
 import cycles_render  # noqa: E402
+
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1]))
+from common.child_process import run_or_exit  # noqa: E402
+from common.eikon_flag import add_eikon_flag  # noqa: E402
 
 SCENES = pathlib.Path(__file__).resolve().parents[2] / "scenes"
 NAMES = ("bending_arm", "walking_figure", "morphing_blob", "spinning_wheel", "camera_path")
@@ -109,11 +112,8 @@ def unlit_copy(name, folder):
 
 def by_eikon(eikon, path, frame, shutter):
     image = path.with_suffix(".eikon.exr")
-    command = [eikon, "render", path, "-o", image, "--size", "{}x{}".format(*SIZE), "--spp", SPP, "--frame", frame, "--env", "0,0,0",
-               "--fps", 24, "--shutter", shutter, "--shutter-at", "centre", "--quiet"]
-    done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
-    if done.returncode != 0:
-        sys.exit(f"{' '.join(map(str, command))}: exit code {done.returncode}: {done.stderr.strip()}")
+    run_or_exit(eikon, "render", path, "-o", image, "--size", "{}x{}".format(*SIZE), "--spp", SPP, "--frame", frame,
+                "--env", "0,0,0", "--fps", 24, "--shutter", shutter, "--shutter-at", "centre", "--quiet")
     return blender_picture.read(image)[:, :, :3].astype(np.float64)
 
 
@@ -139,7 +139,7 @@ def block_means(image):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--eikon", default="eikon")
+    add_eikon_flag(parser)
     parser.add_argument("--frame", type=int, default=18)
     parser.add_argument("--shutter", type=float, default=4.0)
     options = parser.parse_args()

@@ -14,7 +14,6 @@ import argparse
 import json
 import math
 import pathlib
-import subprocess
 import sys
 import tempfile
 
@@ -26,6 +25,10 @@ import numpy as np  # noqa: E402
 import OpenEXR  # noqa: E402
 
 import mitsuba_render  # noqa: E402
+
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1]))
+from common.child_process import run_or_exit  # noqa: E402
+from common.eikon_flag import add_eikon_flag  # noqa: E402
 
 # eta and k at 650, 550 and 450 nm, as eikon's README names them and host/scene/ has them.
 METALS = {"Au": ((0.16779, 0.350409, 1.508458), (3.137816, 2.714063, 1.87885)),
@@ -51,17 +54,11 @@ def metal(name, roughness):
     return {"pbrMetallicRoughness": {"roughnessFactor": roughness}, "extensions": {"EIKON_materials_conductor": said}}
 
 
-def run(command):
-    done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
-    if done.returncode != 0:
-        sys.exit(f"{' '.join(map(str, command))}: exit code {done.returncode}: {done.stderr.strip()}")
-
-
 def measured(options, material, folder):
     """f of each cell, (H, D, P, 3)."""
     scene, table = folder / "m.gltf", folder / "m.binary"
     scene.write_text(json.dumps(scene_of(material)))
-    run([options.eikon, "measure", scene, "--material", "m", "-o", table])
+    run_or_exit(options.eikon, "measure", scene, "--material", "m", "-o", table)
     data = table.read_bytes()
     if tuple(np.frombuffer(data, "<i4", 3)) != (H, D, P):
         sys.exit("the table has other dimensions than MERL's")
@@ -122,8 +119,8 @@ def ball(options, name, folder):
     """Cosines of the angles that a ball of smooth metal is seen at, one sample in each pixel, and what it shows there."""
     scene, picture = folder / "ball.gltf", folder / "ball.exr"
     scene.write_text(json.dumps(scene_of(metal(name, 0.0))))
-    run([options.eikon, "render", scene, "-o", picture, "--size", "128x128", "--spp", "1", "--aov", "normal,position,id",
-         "--quiet"])
+    run_or_exit(options.eikon, "render", scene, "-o", picture, "--size", "128x128", "--spp", "1", "--aov", "normal,position,id",
+                "--quiet")
     with OpenEXR.File(str(picture), separate_channels=True) as file:
         planes = {key: np.array(channel.pixels, np.float64) for part in file.parts for key, channel in part.channels.items()}
     hit = planes["id"] > 0
@@ -135,8 +132,7 @@ def ball(options, name, folder):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    root = pathlib.Path(__file__).resolve().parent.parent.parent
-    parser.add_argument("--eikon", default=str(root / "build-release" / "eikon"))
+    add_eikon_flag(parser)
     options = parser.parse_args()
     mitsuba = Mitsuba()
     failures = 0

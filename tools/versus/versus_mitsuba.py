@@ -21,7 +21,6 @@ Finds its Python modules by itself, or says what is missing.
 import argparse
 import json
 import pathlib
-import subprocess
 import sys
 import tempfile
 
@@ -35,6 +34,10 @@ import blocks_compare  # noqa: E402
 import gltf_scene  # noqa: E402
 import mitsuba_render  # noqa: E402
 import runner  # noqa: E402
+
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1]))
+from common.child_process import run_or_exit  # noqa: E402
+from common.eikon_flag import add_eikon_flag  # noqa: E402
 
 
 def without_normals(path, folder):
@@ -73,9 +76,7 @@ def run_eikon(arguments, path, folder, seed):
         command += ["--light-paths", arguments.light_paths]
     if arguments.threads:
         command += ["--threads", arguments.threads]
-    done = subprocess.run([str(word) for word in command], stdout=subprocess.DEVNULL)
-    if done.returncode != 0:
-        sys.exit(f"{' '.join(str(word) for word in command)}: exit code {done.returncode}")
+    run_or_exit(*command)
     report = json.loads(stats.read_text())
     return report["samples"] / report["seconds"]["render"], *blocks_compare.read(str(image))
 
@@ -136,7 +137,7 @@ def compare(mi, arguments, path, folder):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenes", nargs="+", type=pathlib.Path, metavar="SCENE", help=".gltf or .glb")
-    parser.add_argument("--eikon", default="build-release/eikon", help="the binary (default build-release/eikon)")
+    add_eikon_flag(parser)
     parser.add_argument("--size", type=runner.parse_size, default=(360, 360), metavar="WxH")
     parser.add_argument("--spp", type=int, default=64, help="samples per pixel of a round (default 64)")
     parser.add_argument("--max-depth", type=int, default=-1, help="path edges; -1: no limit (default)")
@@ -152,7 +153,7 @@ def main():
     parser.add_argument("--keep", type=pathlib.Path, metavar="DIR", help="write both images there")
     arguments = parser.parse_args()
     if not pathlib.Path(arguments.eikon).exists():
-        sys.exit(f"no {arguments.eikon}: build eikon, or name the binary with --eikon")
+        sys.exit(f"no {arguments.eikon}: build eikon, or name the program with --eikon")
 
     mitsuba_render.find_llvm()
     import mitsuba as mi
