@@ -1,9 +1,14 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Renders the pictures of README.md into scenes/gallery/:  tools/make_gallery.sh [EIKON]
+# Renders the pictures of README.md into scenes/gallery/:  tools/make_gallery.sh [--eikon FILE]
 set -euo pipefail
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
-eikon="${1:-$root/build-release/eikon}"
+eikon="$root/build-release/eikon"
+case "$#:${1-}" in
+  0:) ;;
+  2:--eikon) eikon="$2" ;;
+  *) echo "usage: tools/make_gallery.sh [--eikon FILE]" >&2; exit 2 ;;
+esac
 image="$(mktemp --suffix=.exr)"
 trap 'rm -f "$image"' EXIT
 mkdir -p "$root/scenes/gallery"

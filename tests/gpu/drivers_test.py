@@ -37,7 +37,7 @@ class Drivers(unittest.TestCase):
         return trial
 
     def test_those_installed_have_the_same_bits(self):
-        done = subprocess.run([ROOT / "tools/gpu/drivers.py", EIKON, self.folder, "--installed", "--scenes", "cornell",
+        done = subprocess.run([ROOT / "tools/gpu/drivers.py", self.folder, "--eikon", EIKON, "--installed", "--scenes", "cornell",
                                "--only", "Oclgrind,Mesa rusticl"], capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         rows = {line.split(" | ")[0][2:]: line.split(" | ") for line in done.stdout.splitlines() if line.startswith("| ")}

@@ -19,7 +19,7 @@ import tempfile
 
 import bench_page
 import bench_steps
-from bench_session import EXECUTION_VARIABLES, ROOT, Failed, Session
+from bench_session import EXECUTION_VARIABLES, ROOT, Session
 
 NAMES = [step.__name__ for step in bench_steps.STEPS]
 NAME = "eikon-gpu"  # of the folder in the archive

@@ -2,15 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs eikon on every OpenCL driver that is installed or can be fetched, each alone, and prints a table.
 
-    drivers.py EIKON FOLDER              FOLDER keeps the drivers that are fetched from PyPI, and the logs; nothing is installed
-    drivers.py EIKON FOLDER --installed  only those that are installed
+    drivers.py FOLDER [--eikon FILE]     FOLDER keeps the drivers that are fetched from PyPI, and the logs; nothing is installed
+    drivers.py FOLDER --installed        only those that are installed
 
 Each driver gets the self-test, the probe of memory (canary), and small renders, driven as a GPU. The bits of their films are compared
 with those of the first driver, which is PoCL where it is installed. Exit codes: 0 every driver whose arithmetic is exact computes the same
 bits, and eikon refuses others in one line; 1 one computes other bits, crashes or hangs; 3 there is no driver."""
 import argparse
 import hashlib
-import json
 import pathlib
 import re
 import subprocess
@@ -20,6 +19,9 @@ import types
 
 from bench_page import table
 from bench_session import ROOT, Failed, Session
+
+sys.path.append(str(ROOT / "tools"))
+from common.eikon_flag import add_eikon_flag  # noqa: E402
 
 VENDORS = pathlib.Path("/etc/OpenCL/vendors")
 SCENES = ["cornell", "cornell_spheres", "window_room", "textured"]
@@ -171,8 +173,8 @@ class Trial:
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("eikon")
     parser.add_argument("folder", type=pathlib.Path)
+    add_eikon_flag(parser)
     parser.add_argument("--installed", action="store_true", help="fetch nothing")
     parser.add_argument("--only", metavar="LIST", help="drivers of these names, and the first")
     parser.add_argument("--scenes", default=",".join(SCENES), metavar="LIST", help=f"shipped scenes [{','.join(SCENES)}]")

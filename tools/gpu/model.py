@@ -5,7 +5,7 @@ which stand here by name. Prints the tables of MODEL.md, the last of which compa
 
     model.py                    the tables
     model.py --adopt            writes them into MODEL.md
-    model.py --count EIKON      counts steps, tests and vertices anew, and writes counts.tsv
+    model.py --count            counts steps, tests and vertices anew by --eikon FILE, and writes counts.tsv
 
 A figure of three numbers is what the model gives with all assumptions at their slow end, in the middle, and at their fast end."""
 import argparse
@@ -20,6 +20,9 @@ import tempfile
 sys.dont_write_bytecode = True
 from bench_page import table  # noqa: E402
 from check import occupancy, read_bounds  # noqa: E402
+
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1]))
+from common.eikon_flag import add_eikon_flag  # noqa: E402
 
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
@@ -343,13 +346,14 @@ COUNTED = read_counts() if COUNTS.exists() else {}
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--count", metavar="EIKON")
+    parser.add_argument("--count", action="store_true")
+    add_eikon_flag(parser)
     parser.add_argument("--adopt", action="store_true")
     options = parser.parse_args()
     if options.count:
         head = ["# Counted by model.py --count: shares of paths alive and shadow rays a vertex by depth (from the 16th on extrapolated), and steps",
                 "# and tests of a ray by layout and kind; shares of the vertices of each shading class: flat_lambert, opaque, transmissive."]
-        COUNTS.write_text("\n".join(head + [line for scene in SCENES for line in count(options.count, scene)]) + "\n")
+        COUNTS.write_text("\n".join(head + [line for scene in SCENES for line in count(options.eikon, scene)]) + "\n")
     elif options.adopt:
         before, rest = PAGE.read_text().split(BEGIN)
         PAGE.write_text(before + BEGIN + "\n" + tables() + END + rest.split(END)[1])

@@ -39,6 +39,9 @@ import gltf_scene  # noqa: E402
 import runner  # noqa: E402
 import versus_page  # noqa: E402
 
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1]))
+from common.eikon_flag import add_eikon_flag  # noqa: E402
+
 HERE = pathlib.Path(__file__).resolve().parent
 REFERENCE_PARTS = 4
 REFERENCE_SEED = 1000
@@ -154,7 +157,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenes", nargs="*", type=pathlib.Path, metavar="SCENE", help=".gltf or .glb")
     parser.add_argument("--out", type=pathlib.Path, required=True, metavar="DIR", help="measurements, plots, index.html")
-    parser.add_argument("--eikon", default="build-release/eikon", help="the binary (default build-release/eikon)")
+    add_eikon_flag(parser)
     parser.add_argument("--renderers", default="eikon,mitsuba,mitsuba-multijitter",
                         help=f"of {','.join(RENDERERS)}; default eikon,mitsuba,mitsuba-multijitter")
     parser.add_argument("--size", type=runner.parse_size, metavar="WxH", help="default: the camera's aspect at --rows")
@@ -178,7 +181,7 @@ def main():
             if renderer != "eikon" and not python_of(renderer).exists():
                 sys.exit(f"{renderer} is not installed: give --install")
         if "eikon" in renderers and not os.access(arguments.eikon, os.X_OK):
-            sys.exit(f"no {arguments.eikon}: build eikon, or name the binary with --eikon")
+            sys.exit(f"no {arguments.eikon}: build eikon, or name the program with --eikon")
 
     failed = False
     for path in arguments.scenes:
