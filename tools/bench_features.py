@@ -53,19 +53,19 @@ class Variant:
 
         made = []
         for number, surface in enumerate(self.materials):
-            # True or a number stands for a texture; the rest is as GltfWriter.surface has it.
+            # True or a number stands for a texture; the rest is as GltfWriter.material has it.
             arguments = {"extensions": dict(FLAT_SPECULAR), "color": (0.7, 0.6, 0.5), **surface}
             for key, value in list(arguments.items()):
                 if key.endswith("Texture"):
                     arguments[key] = picture(value)
-            made.append(gltf.surface(f"ball {number}", **arguments))
+            made.append(gltf.material(f"ball {number}", **arguments))
         points, triangles = sphere(0.45, 3)
         normals = [tuple(c / 0.45 for c in p) for p in points] if self.smooth else None
         coordinates = [(2 * p[0] + 0.3 * p[2], 2 * p[1]) for p in points] if self.coordinates else None
         tangents = [(1.0, 0.0, 0.0, 1.0)] * len(points) if self.coordinates and self.smooth else None
         ball = gltf.primitive(points, triangles, made[0], normals=normals, uv=coordinates, tangents=tangents)
         if self.colors:
-            ball["attributes"]["COLOR_0"] = gltf.colors([tuple(0.5 + c for c in p) for p in points])
+            ball["attributes"]["COLOR_0"] = gltf.vertex_colors([tuple(0.5 + c for c in p) for p in points])
         for i in range(12):
             gltf.mesh(f"ball {i}", [{**ball, "material": made[i % len(made)]}],
                       translation=[i % 4 - 1.5, 0.45, i // 4 - 1.0])
@@ -73,7 +73,7 @@ class Variant:
             gltf.channel("roll", {"node": gltf.node_index(f"ball {i}"), "path": "translation"}, [0.0, 1.0],
                          [(i % 4 - 1.5, 0.45, i // 4 - 1.0), (i % 4 - 1.1, 0.45, i // 4 - 1.0)])
         floor = quad((-4, 0, 4), (4, 0, 4), (4, 0, -4), (-4, 0, -4))
-        gltf.mesh("floor", [gltf.primitive(*floor, gltf.material("floor", (0.5, 0.5, 0.5)))])
+        gltf.mesh("floor", [gltf.primitive(*floor, gltf.lambert("floor", (0.5, 0.5, 0.5)))])
         for kind in self.lights:
             gltf.punctual_light(kind, kind, (1, 1, 1), 20 if kind != "directional" else 2,
                                 spot={"outerConeAngle": 1.2} if kind == "spot" else None,

@@ -104,13 +104,13 @@ def add(gltf, name, color, parts):
         positions = positions.astype("<f4")
         bounds = positions.min(axis=0).tolist(), positions.max(axis=0).tolist()
         gltf.mesh(name, [gltf.primitive_arrays(positions.tobytes(), normals.astype("<f4").tobytes(),
-                                               indices.astype("<u4").tobytes(), bounds, gltf.material(name, color))])
+                                               indices.astype("<u4").tobytes(), bounds, gltf.lambert(name, color))])
         total += len(indices)
     return total
 
 
 def lawn(gltf, half):
-    up = gltf.material("ground", (0.12, 0.3, 0.08))
+    up = gltf.lambert("ground", (0.12, 0.3, 0.08))
     gltf.mesh("ground", [gltf.primitive([(-half, 0, -half), (-half, 0, half), (half, 0, half), (half, 0, -half)],
                                         [(0, 1, 2), (0, 2, 3)], up)])
     return 2
@@ -142,8 +142,9 @@ def make_meadow(triangles, places):
     positions, normals, indices = blades(triangles // 3, 1)
     positions = (positions * [0.03, 1.0, 0.03]).astype("<f4")  # a tuft 0.3 m wide
     bounds = positions.min(axis=0).tolist(), positions.max(axis=0).tolist()
-    tuft = gltf.shape("tuft", [gltf.primitive_arrays(positions.tobytes(), normals.astype("<f4").tobytes(), indices.astype("<u4").tobytes(),
-                                                     bounds, gltf.material("grass", (0.15, 0.5, 0.08)))])
+    tuft = gltf.mesh_alone("tuft", [gltf.primitive_arrays(positions.tobytes(), normals.astype("<f4").tobytes(),
+                                                          indices.astype("<u4").tobytes(), bounds,
+                                                          gltf.lambert("grass", (0.15, 0.5, 0.08)))])
     random = np.random.Generator(np.random.PCG64(2)).random((places, 4))
     rows, i = math.ceil(math.sqrt(places)), np.arange(places)
     zero = np.zeros(places)

@@ -26,7 +26,7 @@ def main():
     arguments = parser.parse_args()
     gltf = GltfWriter("What a sphere or a box costs beside two triangles.")
     gltf.environment((1.0, 1.0, 1.0))
-    grey = gltf.material("grey", (0.6, 0.6, 0.6))
+    grey = gltf.lambert("grey", (0.6, 0.6, 0.6))
     dice = random.Random(1)
     points, triangles = [], []
     for number in range(arguments.count):
@@ -34,10 +34,10 @@ def main():
         radius = 0.6 * arguments.count ** (-1 / 3) * dice.uniform(0.5, 1.5)
         axis, half = dice.randrange(3), radius * math.sqrt(math.pi) / 2
         if arguments.what == "spheres":
-            gltf.analytic(f"ball {number}", "sphere", grey, {"radius": radius}, translation=centre)
+            gltf.shape(f"ball {number}", "sphere", grey, {"radius": radius}, translation=centre)
             continue
         if arguments.what == "boxes":
-            gltf.analytic(f"box {number}", "box", grey, {"size": [2 * half] * 3}, translation=centre)
+            gltf.shape(f"box {number}", "box", grey, {"size": [2 * half] * 3}, translation=centre)
             continue
         first = len(points)
         for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1)):

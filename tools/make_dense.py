@@ -100,9 +100,9 @@ def make(triangles):
         positions = positions.astype("<f4")
         bounds = positions.min(axis=0).tolist(), positions.max(axis=0).tolist()
         gltf.mesh(name, [gltf.primitive_arrays(positions.tobytes(), normals.astype("<f4").tobytes(),
-                                               indices.astype("<u4").tobytes(), bounds, gltf.material(name, color))])
+                                               indices.astype("<u4").tobytes(), bounds, gltf.lambert(name, color))])
         total += len(indices)
-    lamp = gltf.material("lamp", (0.0, 0.0, 0.0), (30.0, 24.0, 16.0))
+    lamp = gltf.lambert("lamp", (0.0, 0.0, 0.0), (30.0, 24.0, 16.0))
     gltf.mesh("lamp", [gltf.primitive([(2, 7, 3), (4, 7, 3), (4, 7, 5), (2, 7, 5)], [(0, 1, 2), (0, 2, 3)], lamp)])
     downwards_0_3_rad = [round(math.sin(-0.15), 9), 0.0, 0.0, round(math.cos(0.15), 9)]
     gltf.camera(0.8, 16 / 9, translation=[0.0, 4.6, 11.0], rotation=downwards_0_3_rad)

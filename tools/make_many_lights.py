@@ -32,9 +32,9 @@ def make(lights):
     """The scene with that many lamps, and its number of triangles."""
     stream = random.Random(5)  # only random() is drawn: its stream is the same in every version
     gltf = GltfWriter("Many lights: a thousand lamps of which a few matter at each point.")
-    plaster = gltf.material("plaster", (0.7, 0.68, 0.65))
-    stone = gltf.material("stone", (0.45, 0.43, 0.4))
-    clay = [gltf.material(f"clay {n}", color) for n, color in
+    plaster = gltf.lambert("plaster", (0.7, 0.68, 0.65))
+    stone = gltf.lambert("stone", (0.45, 0.43, 0.4))
+    clay = [gltf.lambert(f"clay {n}", color) for n, color in
             enumerate(((0.6, 0.25, 0.15), (0.2, 0.35, 0.6), (0.65, 0.6, 0.5), (0.25, 0.5, 0.2)))]
     hall = inside_out(box((0, 0, 0), (SIDE, HEIGHT, SIDE)))
     gltf.mesh("hall", [gltf.primitive(*hall, plaster)])
@@ -42,15 +42,15 @@ def make(lights):
 
     pitch = SIDE / BALLS
     pillar, ball = box((-0.3, -0.05, -0.3), (0.3, 0.7, 0.3)), sphere(BALL_RADIUS, 3)
-    pillar_mesh = gltf.shape("pillar", [gltf.primitive(*pillar, stone)])
-    ball_meshes = [gltf.shape(f"ball {n}", [gltf.primitive(*ball, material)]) for n, material in enumerate(clay)]
+    pillar_mesh = gltf.mesh_alone("pillar", [gltf.primitive(*pillar, stone)])
+    ball_meshes = [gltf.mesh_alone(f"ball {n}", [gltf.primitive(*ball, material)]) for n, material in enumerate(clay)]
     centres = []
     for i in range(BALLS):
         for j in range(BALLS):
             x, z = (i + 0.5) * pitch, (j + 0.5) * pitch
             centres.append((x, 0.7 + BALL_RADIUS, z))
-            gltf.place("pillar", pillar_mesh, translation=[x, 0.0, z])
-            gltf.place("ball", ball_meshes[(i + 2 * j) % len(clay)], translation=list(centres[-1]))
+            gltf.place_mesh("pillar", pillar_mesh, translation=[x, 0.0, z])
+            gltf.place_mesh("ball", ball_meshes[(i + 2 * j) % len(clay)], translation=list(centres[-1]))
             total += len(pillar[1]) + len(ball[1])
 
     # A lamp of radius r and radiance L has the power 4 pi^2 r^2 L: both vary, each by half a
@@ -59,8 +59,8 @@ def make(lights):
     lamp_meshes = []
     for n in range(COLORS):
         radiance = 40.0 * 10 ** (n % 5 / 8)
-        material = gltf.material(f"lamp {n}", (0.0, 0.0, 0.0), [round(radiance * c, 6) for c in hue(n / COLORS)])
-        lamp_meshes.append(gltf.shape(f"lamp {n}", [gltf.primitive(*lamp, material)]))
+        material = gltf.lambert(f"lamp {n}", (0.0, 0.0, 0.0), [round(radiance * c, 6) for c in hue(n / COLORS)])
+        lamp_meshes.append(gltf.mesh_alone(f"lamp {n}", [gltf.primitive(*lamp, material)]))
     hung = 0
     while hung < lights:
         x, y, z = (GAP + stream.random() * (size - 2 * GAP) for size in (SIDE, HEIGHT, SIDE))
@@ -69,8 +69,8 @@ def make(lights):
             continue
         if y < 0.7 + GAP and max(abs(x % pitch - pitch / 2), abs(z % pitch - pitch / 2)) < 0.3 + GAP:
             continue  # inside a pillar, or near
-        gltf.place(f"lamp {hung}", lamp_meshes[hung % COLORS], translation=[round(v, 6) for v in (x, y, z)],
-                   scale=[round(radius, 6)] * 3)
+        gltf.place_mesh(f"lamp {hung}", lamp_meshes[hung % COLORS], translation=[round(v, 6) for v in (x, y, z)],
+                        scale=[round(radius, 6)] * 3)
         total += len(lamp[1])
         hung += 1
     gltf.camera(0.9, 1.5, matrix=look_at((0.6, 2.9, 0.8), (9.0, 1.0, 9.5)))

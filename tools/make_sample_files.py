@@ -96,30 +96,31 @@ def white_box(w):
 
 @sample
 def white_vase(w):
-    solid_mesh(w, "vase", VASE, w.surface("china", WHITE, roughness=0.4))
+    solid_mesh(w, "vase", VASE, w.material("china", WHITE, roughness=0.4))
 
 
 @sample
 def mirror_ball(w):
     """Everything it shows is its surroundings."""
-    solid_mesh(w, "ball", BALL, w.surface("chrome", WHITE, metallic=1.0, roughness=0.0))
+    solid_mesh(w, "ball", BALL, w.material("chrome", WHITE, metallic=1.0, roughness=0.0))
 
 
 @sample
 def metal_balls(w):
     for k in range(5):
-        solid_mesh(w, f"ball {k}", BALL, w.surface(f"metal {k}", (0.9, 0.6, 0.3), metallic=1.0, roughness=k / 4), translation=[1.1 * k, 0, 0])
+        material = w.material(f"metal {k}", (0.9, 0.6, 0.3), metallic=1.0, roughness=k / 4)
+        solid_mesh(w, f"ball {k}", BALL, material, translation=[1.1 * k, 0, 0])
 
 
 @sample
 def glass_ball(w):
-    solid_mesh(w, "ball", BALL, w.surface("glass", (1, 1, 1), roughness=0.0, extensions={
+    solid_mesh(w, "ball", BALL, w.material("glass", (1, 1, 1), roughness=0.0, extensions={
         "KHR_materials_transmission": {"transmissionFactor": 1.0}, "KHR_materials_volume": {"thicknessFactor": 1.0}}))
 
 
 @sample
 def chair(w):
-    w.mesh("chair", [w.primitive(*CHAIR, w.surface("wood", WOOD, roughness=0.6))])
+    w.mesh("chair", [w.primitive(*CHAIR, w.material("wood", WOOD, roughness=0.6))])
 
 
 @sample
@@ -127,47 +128,47 @@ def flat_picture(w):
     """A single upright rectangle with a texture."""
     texture = w.texture("checker", checker())
     w.mesh("picture", [w.primitive(*quad((-0.8, 0, 0), (0.8, 0, 0), (0.8, 0.9, 0), (-0.8, 0.9, 0)),
-                                   w.surface("paint", baseColorTexture=texture), uv=[(0, 1), (1, 1), (1, 0), (0, 0)])])
+                                   w.material("paint", baseColorTexture=texture), uv=[(0, 1), (1, 1), (1, 0), (0, 0)])])
 
 
 @sample
 def floor_alone(w):
-    w.mesh("floor", [w.primitive(*FLOOR, w.surface("stone", GREY))])
+    w.mesh("floor", [w.primitive(*FLOOR, w.material("stone", GREY))])
 
 
 @sample
 def tall_tower(w):
-    w.mesh("tower", [w.primitive(*box((-0.5, 0, -0.5), (0.5, 20, 0.5)), w.surface("brick", RED))])
+    w.mesh("tower", [w.primitive(*box((-0.5, 0, -0.5), (0.5, 20, 0.5)), w.material("brick", RED))])
 
 
 @sample
 def long_bridge(w):
     w.mesh("bridge", [w.primitive(*join(box((-30, 1, -1), (30, 1.3, 1)), *[box((x, 0, -0.3), (x + 0.5, 1, 0.3)) for x in range(-30, 31, 6)]),
-                                  w.surface("steel", BLUE))])
+                                  w.material("steel", BLUE))])
 
 
 @sample
 def tiny_bolt(w):
     """In metres, as the specification wants it: two millimetres."""
     solid_mesh(w, "bolt", moved(lathe([(0, 0), (1, 0), (1, 0.6), (0.5, 0.6), (0.5, 2.5), (0, 2.5)], 6), (0, 0, 0), 0.001),
-               w.surface("steel", GREY, metallic=1.0, roughness=0.4))
+               w.material("steel", GREY, metallic=1.0, roughness=0.4))
 
 
 @sample
 def huge_in_millimetres(w):
     """A chair whose author worked in millimetres."""
-    w.mesh("chair", [w.primitive(*moved(CHAIR, (0, 0, 0), 1000.0), w.surface("wood", WOOD))])
+    w.mesh("chair", [w.primitive(*moved(CHAIR, (0, 0, 0), 1000.0), w.material("wood", WOOD))])
 
 
 @sample
 def far_from_the_origin(w):
-    w.mesh("chair", [w.primitive(*CHAIR, w.surface("wood", WOOD))], translation=[5000, 200, -7000])
+    w.mesh("chair", [w.primitive(*CHAIR, w.material("wood", WOOD))], translation=[5000, 200, -7000])
 
 
 @sample
 def many_parts_deep_in_the_graph(w):
-    mesh = w.shape("link", [w.primitive(*box((-0.1, 0, -0.1), (0.1, 0.9, 0.1)), w.surface("arm", GREEN))])
-    w.place("link 0", mesh)
+    mesh = w.mesh_alone("link", [w.primitive(*box((-0.1, 0, -0.1), (0.1, 0.9, 0.1)), w.material("arm", GREEN))])
+    w.place_mesh("link 0", mesh)
     for k in range(1, 8):
         w.root["nodes"].append({"name": f"link {k}", "mesh": mesh, "translation": [0, 1, 0], "rotation": [0, 0, math.sin(0.2), math.cos(0.2)]})
         w.root["nodes"][-2]["children"] = [len(w.root["nodes"]) - 1]
@@ -179,14 +180,14 @@ def many_parts_deep_in_the_graph(w):
 def helmet_with_glowing_marks(w):
     """Its emissive texture is black but for a few marks."""
     marks = w.texture("marks", png(64, 64, lambda x, y: (255, 200, 80) if 30 <= y < 33 and x % 16 < 3 else (0, 0, 0)))
-    material = w.surface("shell", GREY, metallic=0.6, roughness=0.4, emissiveTexture=marks, emissiveFactor=[1, 1, 1])
+    material = w.material("shell", GREY, metallic=0.6, roughness=0.4, emissiveTexture=marks, emissiveFactor=[1, 1, 1])
     w.mesh("helmet", [w.primitive(*BALL, material, normals=smooth(BALL), uv=globe_uv(BALL[0]))])
 
 
 @sample
 def bottle_with_a_black_emissive_texture(w):
     black = w.texture("black", png(4, 4, lambda x, y: (0, 0, 0)))
-    material = w.surface("bottle", BLUE, roughness=0.3, emissiveTexture=black, emissiveFactor=[1, 1, 1])
+    material = w.material("bottle", BLUE, roughness=0.3, emissiveTexture=black, emissiveFactor=[1, 1, 1])
     w.mesh("bottle", [w.primitive(*VASE, material, normals=smooth(VASE), uv=globe_uv([(x, y + 0.01, z) for x, y, z in VASE[0]]))])
 
 
@@ -194,33 +195,33 @@ def bottle_with_a_black_emissive_texture(w):
 def lamp_with_a_hidden_bulb(w):
     """A barn lamp: the bulb stands in an opaque shade that opens downwards."""
     shade = lathe([(0.6, 0.0), (0.2, 0.5), (0.0, 0.6)])
-    solid_mesh(w, "shade", shade, w.surface("enamel", RED, roughness=0.5, doubleSided=True), translation=[0, 0.5, 0])
-    solid_mesh(w, "bulb", sphere(0.08, 2, (0, 0.8, 0)), w.surface("bulb", WHITE, emission=(8, 7, 5)))
+    solid_mesh(w, "shade", shade, w.material("enamel", RED, roughness=0.5, doubleSided=True), translation=[0, 0.5, 0])
+    solid_mesh(w, "bulb", sphere(0.08, 2, (0, 0.8, 0)), w.material("bulb", WHITE, emission=(8, 7, 5)))
 
 
 @sample
 def toy_car_with_head_lamps(w):
     body = join(box((-1, 0.2, -0.45), (1, 0.5, 0.45)), box((-0.5, 0.5, -0.4), (0.5, 0.85, 0.4)))
-    w.mesh("car", [w.primitive(*body, w.surface("paint", RED, roughness=0.3))])
+    w.mesh("car", [w.primitive(*body, w.material("paint", RED, roughness=0.3))])
     for z in (-0.3, 0.3):
-        solid_mesh(w, "lamp", sphere(0.06, 2, (1.0, 0.35, z)), w.surface("lamp", WHITE, emission=(1, 1, 0.8)))
+        solid_mesh(w, "lamp", sphere(0.06, 2, (1.0, 0.35, z)), w.material("lamp", WHITE, emission=(1, 1, 0.8)))
     for x in (-0.6, 0.6):
         for z in (-0.45, 0.45):
-            solid_mesh(w, "wheel", sphere(0.2, 2, (x, 0.2, z)), w.surface("rubber", (0.05,) * 3))
+            solid_mesh(w, "wheel", sphere(0.2, 2, (x, 0.2, z)), w.material("rubber", (0.05,) * 3))
 
 
 @sample
 def radio_with_a_display(w):
-    w.mesh("radio", [w.primitive(*box((-0.6, 0, -0.2), (0.6, 0.5, 0.2)), w.surface("case", GREY))])
+    w.mesh("radio", [w.primitive(*box((-0.6, 0, -0.2), (0.6, 0.5, 0.2)), w.material("case", GREY))])
     w.mesh("display", [w.primitive(*quad((-0.2, 0.3, 0.21), (0.1, 0.3, 0.21), (0.1, 0.4, 0.21), (-0.2, 0.4, 0.21)),
-                                   w.surface("display", WHITE, emission=(0.1, 0.9, 0.4)))])
+                                   w.material("display", WHITE, emission=(0.1, 0.9, 0.4)))])
 
 
 @sample
 def neon_sign(w):
     """Nothing but light."""
     w.mesh("sign", [w.primitive(*join(box((-1, 0, 0), (-0.9, 1, 0.1)), box((-0.9, 0, 0), (-0.3, 0.1, 0.1)), box((0, 0, 0), (0.1, 1, 0.1))),
-                                w.surface("tube", WHITE, emission=(1, 0.2, 0.6)))])
+                                w.material("tube", WHITE, emission=(1, 0.2, 0.6)))])
 
 
 # Files with light of their own, which get no other.
@@ -228,10 +229,10 @@ def neon_sign(w):
 @sample
 def room_with_a_ceiling_lamp(w):
     """Single-sided walls, whose fronts are inside: the camera looks in from outside."""
-    w.mesh("room", [w.primitive(*inside_out(box((-2, 0, -2), (2, 2.5, 2))), w.surface("wall", WHITE))])
+    w.mesh("room", [w.primitive(*inside_out(box((-2, 0, -2), (2, 2.5, 2))), w.material("wall", WHITE))])
     w.mesh("lamp", [w.primitive(*quad((-0.4, 2.45, -0.4), (0.4, 2.45, -0.4), (0.4, 2.45, 0.4), (-0.4, 2.45, 0.4)),
-                                w.surface("lamp", WHITE, emission=(12, 12, 11)))])
-    w.mesh("table", [w.primitive(*box((-0.6, 0, -0.6), (0.6, 0.75, 0.6)), w.surface("wood", WOOD))])
+                                w.material("lamp", WHITE, emission=(12, 12, 11)))])
+    w.mesh("table", [w.primitive(*box((-0.6, 0, -0.6), (0.6, 0.75, 0.6)), w.material("wood", WOOD))])
 
 
 @sample
@@ -242,22 +243,22 @@ def room_seen_from_inside(w):
 
 @sample
 def desk_lamp_on_a_floor(w):
-    w.mesh("floor", [w.primitive(*FLOOR, w.surface("floor", WHITE))])
-    solid_mesh(w, "lamp", sphere(0.15, 2, (0, 1, 0)), w.surface("lamp", WHITE, emission=(30, 28, 22)))
+    w.mesh("floor", [w.primitive(*FLOOR, w.material("floor", WHITE))])
+    solid_mesh(w, "lamp", sphere(0.15, 2, (0, 1, 0)), w.material("lamp", WHITE, emission=(30, 28, 22)))
 
 
 @sample
 def point_lights(w):
-    w.mesh("floor", [w.primitive(*FLOOR, w.surface("floor", WHITE))])
-    solid_mesh(w, "ball", moved(BALL, (0, 0.5, 0)), w.surface("ball", BLUE))
+    w.mesh("floor", [w.primitive(*FLOOR, w.material("floor", WHITE))])
+    solid_mesh(w, "ball", moved(BALL, (0, 0.5, 0)), w.material("ball", BLUE))
     w.punctual_light("left", "point", (1, 0.6, 0.4), 20.0, translation=[-2, 2, 1])
     w.punctual_light("right", "point", (0.4, 0.6, 1), 20.0, translation=[2, 2, 1])
 
 
 @sample
 def spot_on_a_stage(w):
-    w.mesh("floor", [w.primitive(*FLOOR, w.surface("floor", WHITE))])
-    solid_mesh(w, "singer", moved(VASE, (0, 0, 0)), w.surface("dress", RED))
+    w.mesh("floor", [w.primitive(*FLOOR, w.material("floor", WHITE))])
+    solid_mesh(w, "singer", moved(VASE, (0, 0, 0)), w.material("dress", RED))
     turn = math.sin(-math.pi / 4), math.cos(-math.pi / 4)
     w.punctual_light("spot", "spot", (1, 1, 1), 60.0, {"innerConeAngle": 0.15, "outerConeAngle": 0.2},
                      translation=[0, 4, 0], rotation=[turn[0], 0, 0, turn[1]])
@@ -265,50 +266,51 @@ def spot_on_a_stage(w):
 
 @sample
 def sun(w):
-    w.mesh("floor", [w.primitive(*FLOOR, w.surface("floor", WHITE))])
-    w.mesh("chair", [w.primitive(*CHAIR, w.surface("wood", WOOD))])
+    w.mesh("floor", [w.primitive(*FLOOR, w.material("floor", WHITE))])
+    w.mesh("chair", [w.primitive(*CHAIR, w.material("wood", WOOD))])
     w.punctual_light("sun", "directional", (1, 0.95, 0.85), 3.0, rotation=[-0.35, 0.3, 0.1, 0.88])
 
 
 @sample
 def light_of_no_intensity(w):
-    w.mesh("chair", [w.primitive(*CHAIR, w.surface("wood", WOOD))])
+    w.mesh("chair", [w.primitive(*CHAIR, w.material("wood", WOOD))])
     w.punctual_light("off", "point", (1, 1, 1), 0.0, translation=[0, 2, 0])
 
 
 @sample
 def unlit_toon(w):
-    solid_mesh(w, "ball", BALL, w.surface("toon", GREEN, extensions={"KHR_materials_unlit": {}}))
+    solid_mesh(w, "ball", BALL, w.material("toon", GREEN, extensions={"KHR_materials_unlit": {}}))
 
 
 # Features, as exporters write them.
 
 @sample
 def vertex_colors(w):
-    primitive = w.primitive(*BALL, w.surface("painted", (1, 1, 1)), normals=smooth(BALL))
-    primitive["attributes"]["COLOR_0"] = w.colors([tuple(c + 0.5 for c in p) for p in BALL[0]])
+    primitive = w.primitive(*BALL, w.material("painted", (1, 1, 1)), normals=smooth(BALL))
+    primitive["attributes"]["COLOR_0"] = w.vertex_colors([tuple(c + 0.5 for c in p) for p in BALL[0]])
     w.mesh("ball", [primitive])
 
 
 @sample
 def no_normals(w):
     """Facets, as the specification says."""
-    w.mesh("ball", [w.primitive(*sphere(0.5, 1), w.surface("facets", RED))])
+    w.mesh("ball", [w.primitive(*sphere(0.5, 1), w.material("facets", RED))])
 
 
 @sample
 def leaf_with_cut_outs(w):
     leaf = w.texture("leaf", png(64, 64, lambda x, y: (60, 160, 50, 255 if (x - 32) ** 2 + (y - 32) ** 2 * 2 < 900 else 0)))
-    w.mesh("leaf", [w.primitive(*quad((-1, 0, 0), (1, 0, 0), (1, 1, -0.3), (-1, 1, -0.3)),
-                                w.surface("leaf", alphaMode="MASK", doubleSided=True, baseColorTexture=leaf), uv=[(0, 1), (1, 1), (1, 0), (0, 0)])])
-    w.mesh("floor", [w.primitive(*FLOOR, w.surface("floor", WHITE))])
+    material = w.material("leaf", alphaMode="MASK", doubleSided=True, baseColorTexture=leaf)
+    w.mesh("leaf", [w.primitive(*quad((-1, 0, 0), (1, 0, 0), (1, 1, -0.3), (-1, 1, -0.3)), material,
+                                uv=[(0, 1), (1, 1), (1, 0), (0, 0)])])
+    w.mesh("floor", [w.primitive(*FLOOR, w.material("floor", WHITE))])
 
 
 @sample
 def panes_that_blend(w):
     for k in range(3):
-        w.mesh(f"pane {k}", [w.primitive(*quad((-1, 0, 0), (1, 0, 0), (1, 1, 0), (-1, 1, 0)),
-                                         w.surface(f"tint {k}", (RED, GREEN, BLUE)[k], opacity=0.4, alphaMode="BLEND", doubleSided=True))],
+        tint = w.material(f"tint {k}", (RED, GREEN, BLUE)[k], opacity=0.4, alphaMode="BLEND", doubleSided=True)
+        w.mesh(f"pane {k}", [w.primitive(*quad((-1, 0, 0), (1, 0, 0), (1, 1, 0), (-1, 1, 0)), tint)],
                translation=[0.3 * k, 0.2 * k, -0.5 * k])
 
 
@@ -316,17 +318,17 @@ def panes_that_blend(w):
 def single_sided_backs(w):
     """The left square shows its front; the right one its back, and is not seen."""
     square = quad((-0.5, 0, 0), (0.5, 0, 0), (0.5, 1, 0), (-0.5, 1, 0))
-    paint = w.surface("front", GREEN)
+    paint = w.material("front", GREEN)
     w.mesh("front", [w.primitive(*square, paint)], translation=[-0.6, 0, 0])
-    w.mesh("back", [w.primitive(*square, w.surface("back", RED))], translation=[0.6, 0, 0], rotation=[0, 1, 0, 0])
-    w.mesh("floor", [w.primitive(*FLOOR, w.surface("floor", WHITE))])
+    w.mesh("back", [w.primitive(*square, w.material("back", RED))], translation=[0.6, 0, 0], rotation=[0, 1, 0, 0])
+    w.mesh("floor", [w.primitive(*FLOOR, w.material("floor", WHITE))])
 
 
 @sample
 def mirrored_node(w):
     """A negative scale turns the winding, not the front."""
-    w.mesh("chair", [w.primitive(*CHAIR, w.surface("wood", WOOD))])
-    w.mesh("twin", [w.primitive(*CHAIR, w.surface("dark", GREY))], scale=[-1, 1, 1], translation=[0.8, 0, 0])
+    w.mesh("chair", [w.primitive(*CHAIR, w.material("wood", WOOD))])
+    w.mesh("twin", [w.primitive(*CHAIR, w.material("dark", GREY))], scale=[-1, 1, 1], translation=[0.8, 0, 0])
 
 
 @sample
@@ -334,29 +336,30 @@ def texture_settings(w):
     """Clamped, mirrored and repeated, nearest and linear."""
     for k, (wrap, mag) in enumerate([(10497, 9729), (33071, 9729), (33648, 9728)]):
         texture = w.texture("checker", checker(cells=4, size=8), sampler={"wrapS": wrap, "wrapT": wrap, "magFilter": mag})
-        w.mesh(f"square {k}", [w.primitive(*quad((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)), w.surface(f"wrap {k}", baseColorTexture=texture),
+        material = w.material(f"wrap {k}", baseColorTexture=texture)
+        w.mesh(f"square {k}", [w.primitive(*quad((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)), material,
                                            uv=[(-0.5, 1.5), (1.5, 1.5), (1.5, -0.5), (-0.5, -0.5)])], translation=[1.1 * k, 0, 0])
 
 
 @sample
 def texture_transform(w):
     texture = w.texture("checker", checker(), transform={"scale": [3, 3], "rotation": 0.4, "offset": [0.1, 0.2]})
-    w.mesh("ball", [w.primitive(*BALL, w.surface("cloth", baseColorTexture=texture), normals=smooth(BALL), uv=globe_uv(BALL[0]))])
+    w.mesh("ball", [w.primitive(*BALL, w.material("cloth", baseColorTexture=texture), normals=smooth(BALL), uv=globe_uv(BALL[0]))])
 
 
 @sample
 def normal_map(w):
     bumps = w.texture("bumps", png(64, 64, lambda x, y: (127.5 + 80 * math.sin(x / 4), 127.5 + 80 * math.sin(y / 4), 220)))
     w.mesh("plate", [w.primitive(*quad((-1, 0, 0), (1, 0, 0), (1, 1, 0), (-1, 1, 0)),
-                                 w.surface("bumpy", GREY, metallic=1.0, roughness=0.3, normalTexture=bumps),
+                                 w.material("bumpy", GREY, metallic=1.0, roughness=0.3, normalTexture=bumps),
                                  normals=[(0, 0, 1)] * 4, uv=[(0, 1), (1, 1), (1, 0), (0, 0)])])
 
 
 def material_ball(name, **arguments):
     """A ball on a floor, of a material with extensions."""
     def make(w):
-        solid_mesh(w, "ball", moved(BALL, (0, 0.5, 0)), w.surface(name, **arguments))
-        w.mesh("floor", [w.primitive(*FLOOR, w.surface("floor", GREY))])
+        solid_mesh(w, "ball", moved(BALL, (0, 0.5, 0)), w.material(name, **arguments))
+        w.mesh("floor", [w.primitive(*FLOOR, w.material("floor", GREY))])
     make.__name__ = name
     return sample(make)
 
@@ -376,7 +379,7 @@ material_ball("specular_glossiness", color=(1, 1, 1), metallic=1.0, extensions={
 @sample
 def morph_target(w):
     """A bulge at three quarters of its weight."""
-    primitive = w.primitive(*BALL, w.surface("clay", WOOD), normals=smooth(BALL))
+    primitive = w.primitive(*BALL, w.material("clay", WOOD), normals=smooth(BALL))
     target = [(0.0, 0.6 * max(0.0, p[1]), 0.0) for p in BALL[0]]
     primitive["targets"] = [{"POSITION": w._vectors(struct.pack(f"<{3 * len(target)}f", *[c for p in target for c in p]))}]
     w.mesh("blob", [primitive])
@@ -386,23 +389,23 @@ def morph_target(w):
 @sample
 def hidden_node(w):
     """KHR_node_visibility: the red ball is not shown."""
-    solid_mesh(w, "ball", BALL, w.surface("blue", BLUE))
-    solid_mesh(w, "hidden", BALL, w.surface("red", RED), translation=[1.2, 0, 0])
+    solid_mesh(w, "ball", BALL, w.material("blue", BLUE))
+    solid_mesh(w, "hidden", BALL, w.material("red", RED), translation=[1.2, 0, 0])
     w.root["nodes"][-1]["extensions"] = {"KHR_node_visibility": {"visible": False}}
     w._use_extension("KHR_node_visibility")
 
 
 @sample
 def instances(w):
-    shape = w.shape("tree", [w.primitive(*lathe([(0.0, 0.0), (0.3, 0.3), (0.0, 1.0)], 8), w.surface("leaf", GREEN))])
+    tree = w.mesh_alone("tree", [w.primitive(*lathe([(0.0, 0.0), (0.3, 0.3), (0.0, 1.0)], 8), w.material("leaf", GREEN))])
     places = [(x * 0.8, 0.0, z * 0.8) for x in range(8) for z in range(8)]
-    w.instances("forest", shape, struct.pack(f"<{3 * len(places)}f", *[c for p in places for c in p]),
+    w.instances("forest", tree, struct.pack(f"<{3 * len(places)}f", *[c for p in places for c in p]),
                 struct.pack("<4f", 0, 0, 0, 1) * len(places), struct.pack("<3f", 1, 1, 1) * len(places))
 
 
 @sample
 def orthographic_camera(w):
-    w.mesh("chair", [w.primitive(*CHAIR, w.surface("wood", WOOD))])
+    w.mesh("chair", [w.primitive(*CHAIR, w.material("wood", WOOD))])
     w.root["cameras"] = [{"type": "orthographic", "orthographic": {"xmag": 0.8, "ymag": 0.6, "znear": 0.01, "zfar": 100}}]
     w._node({"name": "view", "camera": 0, "matrix": list(look_at((2, 1.5, 2), (0, 0.5, 0)))})
 
@@ -410,14 +413,14 @@ def orthographic_camera(w):
 @sample
 def points_and_lines(w):
     """What is not drawn is named, and the rest shows."""
-    primitive = w.primitive(*BALL, w.surface("ball", BLUE))
+    primitive = w.primitive(*BALL, w.material("ball", BLUE))
     w.mesh("ball", [primitive, {"attributes": primitive["attributes"], "mode": 0}])
 
 
 @sample
 def upper_case_data_uri(w):
     """DATA:...;BASE64, and integers written with a point."""
-    w.mesh("chair", [w.primitive(*CHAIR, w.surface("wood", WOOD))])
+    w.mesh("chair", [w.primitive(*CHAIR, w.material("wood", WOOD))])
     root = {**w.root, "buffers": [{"byteLength": float(len(w.buffer)), "uri": "DATA:application/octet-stream;BASE64,"
                                    + base64.b64encode(w.buffer).decode()}]}
     return json.dumps(root).encode()

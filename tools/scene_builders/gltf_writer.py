@@ -13,6 +13,8 @@ import struct
 
 from .glb_file import pack_glb
 
+UNSIGNED_BYTE, UNSIGNED_SHORT, UNSIGNED_INT, FLOAT = 5121, 5123, 5125, 5126  # componentType of an accessor
+VERTEX_DATA, INDEX_DATA = 34962, 34963  # target of a bufferView
 
 def _floats(vectors):
     values = [c for v in vectors for c in v]
@@ -39,18 +41,18 @@ class GltfWriter:
         self.files = {}
 
     def environment(self, radiance):
-        """Constant radiance from every direction, W / (sr m^2), linear Rec. 709."""
+        """Sets constant radiance from every direction, W / (sr m^2), linear Rec. 709."""
         self.root["scenes"][0]["extras"] = {"environment": {"radiance": list(radiance)}}
 
     def environment_map(self, uri, data, scale=1.0, rotate_deg=0.0):
-        """Radiance from a picture beside the scene, named `uri`: equirectangular, its middle is -Z, u grows towards +X."""
+        """Sets the radiance by a picture beside the scene, named `uri`: equirectangular, its middle is -Z, u grows towards +X."""
         self.files[uri] = data
         entry = {"uri": uri, "scale": scale, "rotate": rotate_deg}
         self.root["scenes"][0]["extras"] = {"environment": entry}
 
-    def material(self, name, color, emission=None, double_sided=False, **members):
-        """Exactly Lambert of reflectance `color`; `emission` is the radiance of its front side; members: what else stands in the
-        material (extras=). Returns its index."""
+    def lambert(self, name, color, emission=None, double_sided=False, **members):
+        """Adds a material that is exactly Lambert and returns its index. `color` is its reflectance, `emission` the radiance of its
+        front side; members: what else stands in the material (extras=)."""
         entry = {
             **members,
             "name": name,
@@ -64,11 +66,11 @@ class GltfWriter:
         self.root["materials"].append(entry)
         return len(self.root["materials"]) - 1
 
-    def surface(self, name, color=(1.0, 1.0, 1.0), metallic=0.0, roughness=1.0, emission=None, opacity=1.0,
-                extensions=None, **members):
-        """Any other material. extensions: {"KHR_materials_...": {...}}; members: what stands in the material itself
-        (alphaMode=, normalTexture=, ...), or, for baseColorTexture and metallicRoughnessTexture, one level down. Returns
-        its index."""
+    def material(self, name, color=(1.0, 1.0, 1.0), metallic=0.0, roughness=1.0, emission=None, opacity=1.0,
+                 extensions=None, **members):
+        """Adds any other material and returns its index. extensions: {"KHR_materials_...": {...}}; members: what stands in the
+        material itself (alphaMode=, normalTexture=, ...), or, for baseColorTexture and metallicRoughnessTexture, one level
+        down."""
         lobe = {"baseColorFactor": [*color, opacity], "metallicFactor": metallic, "roughnessFactor": roughness}
         for key in ("baseColorTexture", "metallicRoughnessTexture"):
             if key in members:
@@ -83,7 +85,7 @@ class GltfWriter:
         return len(self.root["materials"]) - 1
 
     def texture(self, name, png, uri=None, transform=None, sampler=None, **use):
-        """One use of a picture, for baseColorTexture= and its kin. png: its bytes; uri: as a file beside the scene,
+        """Returns one use of a picture, for baseColorTexture= and its kin. png: its bytes; uri: as a file beside the scene,
         else inside the buffer; transform: KHR_texture_transform; sampler: glTF's; use: scale=, texCoord=."""
         images = self.root.setdefault("images", [])
         found = next((i for i, image in enumerate(images) if image["name"] == name), None)
@@ -110,7 +112,7 @@ class GltfWriter:
         return reference
 
     def punctual_light(self, name, kind, color, intensity, spot=None, **transform):
-        """A light of KHR_lights_punctual and its node, shining along the node's -Z. intensity: candela, or lux of a
+        """Adds a light of KHR_lights_punctual and its node, shining along the node's -Z. intensity: candela, or lux of a
         directional one; spot: {"innerConeAngle": rad, "outerConeAngle": rad}."""
         self._use_extension("KHR_lights_punctual")
         lights = self.root.setdefault("extensions", {}).setdefault("KHR_lights_punctual", {"lights": []})["lights"]
@@ -119,56 +121,57 @@ class GltfWriter:
         self._node({"name": name, "extensions": {"KHR_lights_punctual": {"light": len(lights) - 1}}, **transform})
 
     def primitive(self, points, triangles, material, normals=None, uv=None, tangents=None):
-        """One primitive: points [(x, y, z)], triangles [(a, b, c)] into points; per point or none: normals (none: flat),
-        texture coordinates uv [(u, v)], tangents [(x, y, z, sign of the bitangent)]."""
+        """Returns a primitive: points [(x, y, z)], triangles [(a, b, c)] into points; per point or none: normals (none: flat),
+        texture coordinates uv [(u, v)], tangents [(x, y, z, sign of the bitangent)]. Raises ValueError if a triangle names a
+        point that does not exist."""
         indices = [i for t in triangles for i in t]
         if min(indices) < 0 or max(indices) >= len(points):
             raise ValueError("a triangle names a point that does not exist")
-        index_format = ("H", 5123) if len(points) < 65535 else ("I", 5125)
+        index_format = ("H", UNSIGNED_SHORT) if len(points) < 65535 else ("I", UNSIGNED_INT)
         attributes = {"POSITION": self._vectors(_floats(points))}
         if normals is not None:
             attributes["NORMAL"] = self._vectors(_floats(normals))
         if uv is not None:
-            attributes["TEXCOORD_0"] = self._accessor(_floats(uv), 5126, "VEC2", len(uv), 34962)
+            attributes["TEXCOORD_0"] = self._accessor(_floats(uv), FLOAT, "VEC2", len(uv), VERTEX_DATA)
         if tangents is not None:
-            attributes["TANGENT"] = self._accessor(_floats(tangents), 5126, "VEC4", len(tangents), 34962)
+            attributes["TANGENT"] = self._accessor(_floats(tangents), FLOAT, "VEC4", len(tangents), VERTEX_DATA)
         data = struct.pack(f"<{len(indices)}{index_format[0]}", *indices)
         return {
             "attributes": attributes,
-            "indices": self._accessor(data, index_format[1], "SCALAR", len(indices), 34963),
+            "indices": self._accessor(data, index_format[1], "SCALAR", len(indices), INDEX_DATA),
             "material": material,
         }
 
-    def colors(self, colors):
-        """COLOR_0 of a primitive, for its "attributes": [(r, g, b)], linear. Returns an accessor."""
-        return self._accessor(_floats(colors), 5126, "VEC3", len(colors), 34962)
+    def vertex_colors(self, colors):
+        """Returns an accessor of colours [(r, g, b)], linear: COLOR_0 among the "attributes" of a primitive."""
+        return self._accessor(_floats(colors), FLOAT, "VEC3", len(colors), VERTEX_DATA)
 
     def primitive_arrays(self, positions, normals, indices, bounds, material):
-        """A large primitive from ready bytes: float32 positions and normals, uint32 indices; bounds ((lo), (hi))."""
+        """Returns a large primitive from ready bytes: float32 positions and normals, uint32 indices; bounds ((lo), (hi))."""
         return {
             "attributes": {
-                "POSITION": self._accessor(positions, 5126, "VEC3", len(positions) // 12, 34962, bounds),
-                "NORMAL": self._accessor(normals, 5126, "VEC3", len(normals) // 12, 34962),
+                "POSITION": self._accessor(positions, FLOAT, "VEC3", len(positions) // 12, VERTEX_DATA, bounds),
+                "NORMAL": self._accessor(normals, FLOAT, "VEC3", len(normals) // 12, VERTEX_DATA),
             },
-            "indices": self._accessor(indices, 5125, "SCALAR", len(indices) // 4, 34963),
+            "indices": self._accessor(indices, UNSIGNED_INT, "SCALAR", len(indices) // 4, INDEX_DATA),
             "material": material,
         }
 
     def mesh(self, name, primitives, **transform):
-        """A mesh and the node that places it; transform: translation=, rotation= (x, y, z, w), scale=, or matrix=."""
-        self.place(name, self.shape(name, primitives), **transform)
+        """Adds a mesh and a node that shows it; transform: translation=, rotation= (x, y, z, w), scale=, or matrix=."""
+        self.place_mesh(name, self.mesh_alone(name, primitives), **transform)
 
-    def shape(self, name, primitives):
-        """A mesh without a node, for place(). Returns its index."""
+    def mesh_alone(self, name, primitives):
+        """Adds a mesh that no node shows yet, for place_mesh() and instances(), and returns its index."""
         self.root["meshes"].append({"name": name, "primitives": primitives})
         return len(self.root["meshes"]) - 1
 
-    def place(self, name, shape, **transform):
-        """A node that shows a shape(); transform as of mesh()."""
-        self._node({"name": name, "mesh": shape, **transform})
+    def place_mesh(self, name, mesh_index, **transform):
+        """Adds a node that shows a mesh_alone(); transform as of mesh()."""
+        self._node({"name": name, "mesh": mesh_index, **transform})
 
     def joint(self, name, parent=None, **transform):
-        """A node without anything, below the node `parent` or in the scene. Returns its index."""
+        """Adds an empty node below the node `parent`, or in the scene, and returns its index."""
         self.root["nodes"].append({"name": name, **transform})
         index = len(self.root["nodes"]) - 1
         siblings = self.root["scenes"][0]["nodes"] if parent is None else self.root["nodes"][parent].setdefault("children", [])
@@ -176,20 +179,21 @@ class GltfWriter:
         return index
 
     def skin(self, name, joints, inverse_binds):
-        """Joints and the inverses of their places at rest, [16 numbers, column by column]. Returns its index, for mesh(skin=)."""
-        matrices = self._accessor(_floats(inverse_binds), 5126, "MAT4", len(joints), None)
+        """Adds a skin of joints and the inverses of their places at rest, [16 numbers, column by column]. Returns its index, for
+        mesh(skin=)."""
+        matrices = self._accessor(_floats(inverse_binds), FLOAT, "MAT4", len(joints), None)
         self.root.setdefault("skins", []).append({"name": name, "joints": joints, "inverseBindMatrices": matrices})
         return len(self.root["skins"]) - 1
 
     def joint_weights(self, joints, weights):
-        """JOINTS_0 and WEIGHTS_0 of a primitive, for its "attributes": 4 indices and 4 shares of 255 for each point."""
+        """Returns JOINTS_0 and WEIGHTS_0 for the "attributes" of a primitive: 4 indices and 4 shares of 255 for each point."""
         data = bytes(j for row in joints for j in row), bytes(w for row in weights for w in row)
-        shares = self._accessor(data[1], 5121, "VEC4", len(weights), 34962)
+        shares = self._accessor(data[1], UNSIGNED_BYTE, "VEC4", len(weights), VERTEX_DATA)
         self.root["accessors"][shares]["normalized"] = True
-        return {"JOINTS_0": self._accessor(data[0], 5121, "VEC4", len(joints), 34962), "WEIGHTS_0": shares}
+        return {"JOINTS_0": self._accessor(data[0], UNSIGNED_BYTE, "VEC4", len(joints), VERTEX_DATA), "WEIGHTS_0": shares}
 
-    def target(self, positions, normals):
-        """A morph target of a primitive, for its "targets": differences [(x, y, z)] of positions and of normals."""
+    def morph_target(self, positions, normals):
+        """Returns a morph target for the "targets" of a primitive: differences [(x, y, z)] of positions and of normals."""
         return {"POSITION": self._vectors(_floats(positions)), "NORMAL": self._vectors(_floats(normals))}
 
     def channel(self, animation, target, times, values, interpolation="LINEAR"):
@@ -205,41 +209,42 @@ class GltfWriter:
             animations.append(entry)
         vectors = [v if isinstance(v, (tuple, list)) else (v,) for v in values]
         kind = "SCALAR" if len(vectors[0]) == 1 else f"VEC{len(vectors[0])}"
-        clock = self._accessor(_floats([(t,) for t in times]), 5126, "SCALAR", len(times), None, ([times[0]], [times[-1]]))
-        output = self._accessor(_floats(vectors), 5126, kind, len(vectors), None)
+        clock = self._accessor(_floats([(t,) for t in times]), FLOAT, "SCALAR", len(times), None, ([times[0]], [times[-1]]))
+        output = self._accessor(_floats(vectors), FLOAT, kind, len(vectors), None)
         entry["samplers"].append({"input": clock, "output": output, "interpolation": interpolation})
         entry["channels"].append({"sampler": len(entry["samplers"]) - 1, "target": target})
 
     def node_index(self, name):
-        """The index of the node of this name."""
+        """Returns the index of the first node of this name."""
         return next(i for i, node in enumerate(self.root["nodes"]) if node.get("name") == name)
 
-    def instances(self, name, shape, translations, rotations, scales):
-        """A node that shows a shape() at many places (EXT_mesh_gpu_instancing): bytes of float32 vectors of 3, 4 and 3."""
+    def instances(self, name, mesh_index, translations, rotations, scales):
+        """Adds a node that shows a mesh_alone() at many places (EXT_mesh_gpu_instancing): translations, rotations and scales
+        are bytes of float32 vectors of 3, 4 and 3."""
         self._use_extension("EXT_mesh_gpu_instancing")
         count = len(translations) // 12
         attributes = {
-            "TRANSLATION": self._accessor(translations, 5126, "VEC3", count, None),
-            "ROTATION": self._accessor(rotations, 5126, "VEC4", count, None),
-            "SCALE": self._accessor(scales, 5126, "VEC3", count, None),
+            "TRANSLATION": self._accessor(translations, FLOAT, "VEC3", count, None),
+            "ROTATION": self._accessor(rotations, FLOAT, "VEC4", count, None),
+            "SCALE": self._accessor(scales, FLOAT, "VEC3", count, None),
         }
-        self._node({"name": name, "mesh": shape, "extensions": {"EXT_mesh_gpu_instancing": {"attributes": attributes}}})
+        self._node({"name": name, "mesh": mesh_index, "extensions": {"EXT_mesh_gpu_instancing": {"attributes": attributes}}})
 
-    def analytic(self, name, kind, material, sizes, **transform):
-        """A node with a surface that is no mesh (EIKON_shape); kind and sizes as in the draft KHR_implicit_shapes:
-        "sphere", {"radius": r}. transform as of mesh()."""
+    def shape(self, name, kind, material, sizes, **transform):
+        """Adds a node with a sphere, a box or another shape that is no mesh (EIKON_shape); kind and sizes as in the draft
+        KHR_implicit_shapes: "sphere", {"radius": r}. transform as of mesh()."""
         self._use_extension("EIKON_shape")
         shape = {"shape": {"type": kind, kind: sizes}, "material": material}
         self._node({"name": name, "extensions": {"EIKON_shape": shape}, **transform})
 
-    def implicit(self, name, f, bounds, material, **transform):
-        """A node with the surface f(x, y, z) = 0 within bounds (least x, y, z, then the largest); f > 0 is outside."""
+    def implicit_surface(self, name, f, bounds, material, **transform):
+        """Adds a node with the surface f(x, y, z) = 0 within bounds (least x, y, z, then the largest); f > 0 is outside."""
         self._use_extension("EIKON_implicit_surface")
         surface = {"f": f, "bounds": list(bounds), "material": material}
         self._node({"name": name, "extensions": {"EIKON_implicit_surface": surface}, **transform})
 
     def camera(self, yfov_rad, aspect, name="camera", **transform):
-        """A perspective camera, looking along its -Z with +Y up."""
+        """Adds a perspective camera, looking along its -Z with +Y up."""
         perspective = {"aspectRatio": aspect, "yfov": yfov_rad, "znear": 1e-6}
         self.root.setdefault("cameras", []).append({"name": name, "type": "perspective", "perspective": perspective})
         self._node({"name": name, "camera": len(self.root["cameras"]) - 1, **transform})
@@ -252,7 +257,7 @@ class GltfWriter:
             (path.parent / name).write_bytes(data)
 
     def gltf(self):
-        """The bytes of the .gltf form: indented JSON, the buffer as one base64 data URI."""
+        """Returns the bytes of the .gltf form: indented JSON, the buffer as one base64 data URI."""
         uri = "data:application/octet-stream;base64," + base64.b64encode(self.buffer).decode()
         text = json.dumps({**self.root, "buffers": [{"byteLength": len(self.buffer), "uri": uri}]}, indent=1)
         # Vectors on one line each, for the eye.
@@ -260,19 +265,19 @@ class GltfWriter:
         return (text + "\n").encode()
 
     def glb(self):
-        """The bytes of the binary form."""
+        """Returns the bytes of the binary form."""
         document = {**self.root, "buffers": [{"byteLength": len(self.buffer)}]}
         return pack_glb(json.dumps(document, separators=(",", ":")).encode(), self.buffer)
 
     def variants(self, names):
-        """Names of KHR_materials_variants, for variant_of()."""
+        """Sets the names of KHR_materials_variants, for variant_of()."""
         self._use_extension("KHR_materials_variants")
         entry = {"variants": [{"name": name} for name in names]}
         self.root.setdefault("extensions", {})["KHR_materials_variants"] = entry
 
     @staticmethod
     def variant_of(primitive, materials):
-        """`primitive` with materials by variant, in the order of variants(); its own is shown without any."""
+        """Returns `primitive` with materials by variant, in the order of variants(); its own is shown without any."""
         mappings = [{"material": material, "variants": [i]} for i, material in enumerate(materials)]
         return {**primitive, "extensions": {"KHR_materials_variants": {"mappings": mappings}}}
 
@@ -299,7 +304,7 @@ class GltfWriter:
         # min and max are those of the rounded values, as the file holds them.
         values = struct.unpack(f"<{len(data) // 4}f", data)
         bounds = ([min(values[a::3]) for a in range(3)], [max(values[a::3]) for a in range(3)])
-        return self._accessor(data, 5126, "VEC3", len(values) // 3, 34962, bounds)
+        return self._accessor(data, FLOAT, "VEC3", len(values) // 3, VERTEX_DATA, bounds)
 
     def _view(self, data, target):
         self.buffer += b"\0" * (-len(self.buffer) % 4)

@@ -108,7 +108,7 @@ def figure(triangles, description):
     gltf = GltfWriter(description)
     stage(gltf, 4.0, 3.2)
     points, normals, faces, joints, weights = body(triangles)
-    cloth = gltf.surface("cloth", (0.25, 0.4, 0.7), roughness=0.6)
+    cloth = gltf.material("cloth", (0.25, 0.4, 0.7), roughness=0.6)
     primitive = gltf.primitive(points, faces, cloth, normals)
     primitive["attributes"].update(gltf.joint_weights(joints, weights))
     nodes = {}

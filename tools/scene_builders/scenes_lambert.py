@@ -16,10 +16,10 @@ def cornell_walls(gltf):
     def metres(x, y, z):
         return (x / 1000, y / 1000, z / 1000)
 
-    white = gltf.material("white", cornell_data.reflectance(cornell_data.WHITE))
-    red = gltf.material("red", cornell_data.reflectance(cornell_data.RED))
-    green = gltf.material("green", cornell_data.reflectance(cornell_data.GREEN))
-    lamp = gltf.material("light", [cornell_data.LIGHT_REFLECTANCE] * 3, cornell_data.emission())
+    white = gltf.lambert("white", cornell_data.reflectance(cornell_data.WHITE))
+    red = gltf.lambert("red", cornell_data.reflectance(cornell_data.RED))
+    green = gltf.lambert("green", cornell_data.reflectance(cornell_data.GREEN))
+    lamp = gltf.lambert("light", [cornell_data.LIGHT_REFLECTANCE] * 3, cornell_data.emission())
 
     # Corners named by left (large x, where the camera has its left) or right, floor or ceiling,
     # front or back.
@@ -57,7 +57,7 @@ def cornell():
 def furnace():
     """Energy: a closed white box that emits 1 and reflects 0.8 shows 1 / (1 - 0.8) = 5 everywhere."""
     gltf = GltfWriter(furnace.__doc__)
-    wall = gltf.material("wall", (0.8, 0.8, 0.8), (1.0, 1.0, 1.0))
+    wall = gltf.lambert("wall", (0.8, 0.8, 0.8), (1.0, 1.0, 1.0))
     gltf.mesh("box", [gltf.primitive(*inside_out(box((-1, -1, -1), (1, 1, 1))), wall)])
     gltf.camera(1.0, 1.0, translation=[0.0, 0.0, 0.5])
     return gltf
@@ -66,7 +66,7 @@ def furnace():
 def sphere_kd_half():
     """Energy: inside a closed sphere that emits 1/2 and reflects 1/2 everything is 1."""
     gltf = GltfWriter(sphere_kd_half.__doc__)
-    wall = gltf.material("wall", GREY, GREY)
+    wall = gltf.lambert("wall", GREY, GREY)
     gltf.mesh("sphere", [gltf.primitive(*inside_out(sphere(1.0, 2)), wall)])
     gltf.camera(1.0, 1.0, translation=[0.0, 0.0, 0.5])
     return gltf
@@ -76,7 +76,7 @@ def sphere_in_sky():
     """Environment light: a convex Lambert body under a sky of radiance 1 shows exactly its reflectance."""
     gltf = GltfWriter(sphere_in_sky.__doc__)
     gltf.environment((1.0, 1.0, 1.0))
-    gltf.mesh("sphere", [gltf.primitive(*sphere(1.0, 2), gltf.material("body", (0.2, 0.5, 0.8)))])
+    gltf.mesh("sphere", [gltf.primitive(*sphere(1.0, 2), gltf.lambert("body", (0.2, 0.5, 0.8)))])
     gltf.camera(0.5, 1.0, translation=[0.0, 0.0, 5.0])
     return gltf
 
@@ -84,8 +84,8 @@ def sphere_in_sky():
 def square_light():
     """Direct light: E / L = 0.752274688 under the middle of a unit square at height 1; shows 0.5 / pi of it."""
     gltf = GltfWriter(square_light.__doc__)
-    floor = gltf.material("floor", GREY)
-    lamp = gltf.material("light", BLACK, (1.0, 1.0, 1.0))
+    floor = gltf.lambert("floor", GREY)
+    lamp = gltf.lambert("light", BLACK, (1.0, 1.0, 1.0))
     gltf.mesh("floor", [gltf.primitive(*quad((-10, 0, 10), (10, 0, 10), (10, 0, -10), (-10, 0, -10)), floor)])
     gltf.mesh("light", [gltf.primitive(*quad((-0.5, 1, -0.5), (0.5, 1, -0.5), (0.5, 1, 0.5), (-0.5, 1, 0.5)), lamp)])
     gltf.camera(1e-4, 1.0, matrix=look_at((0.0, 0.5, 1.5), (0.0, 0.0, 0.0)))
@@ -111,8 +111,8 @@ def nori_triangle(number):
 
     def make():
         gltf = GltfWriter(proves)
-        floor = gltf.material("floor", GREY)
-        lamp = gltf.material("light", BLACK, (1.0, 1.0, 1.0))
+        floor = gltf.lambert("floor", GREY)
+        lamp = gltf.lambert("light", BLACK, (1.0, 1.0, 1.0))
         gltf.mesh("floor", [gltf.primitive(*quad((-10, 0, 10), (10, 0, 10), (10, 0, -10), (-10, 0, -10)), floor)])
         a, b, c = corners
         u, v = [q - p for p, q in zip(a, b)], [q - p for p, q in zip(a, c)]
@@ -129,8 +129,8 @@ def nori_triangle(number):
 def perpendicular_squares():
     """Form factor 0.2000438 of unit squares that share an edge: the mean is half of it, finite at the edge."""
     gltf = GltfWriter(perpendicular_squares.__doc__)
-    floor = gltf.material("floor", GREY)
-    lamp = gltf.material("light", BLACK, (1.0, 1.0, 1.0))
+    floor = gltf.lambert("floor", GREY)
+    lamp = gltf.lambert("light", BLACK, (1.0, 1.0, 1.0))
     gltf.mesh("floor", [gltf.primitive(*quad((0, 0, 1), (1, 0, 1), (1, 0, 0), (0, 0, 0)), floor)])
     gltf.mesh("light", [gltf.primitive(*quad((0, 0, 1), (0, 0, 0), (0, 1, 0), (0, 1, 1)), lamp)])
     # The picture is exactly the floor, so its mean is the mean over the floor.
@@ -141,8 +141,8 @@ def perpendicular_squares():
 def coincident():
     """Ties: of two coincident triangles, emitting red and green, the first wins at every pixel, on every device."""
     gltf = GltfWriter(coincident.__doc__)
-    red = gltf.material("red", BLACK, (1.0, 0.0, 0.0))
-    green = gltf.material("green", BLACK, (0.0, 1.0, 0.0))
+    red = gltf.lambert("red", BLACK, (1.0, 0.0, 0.0))
+    green = gltf.lambert("green", BLACK, (0.0, 1.0, 0.0))
     triangle = ([(-1.0, -0.7, 0.1), (1.1, -0.6, -0.2), (0.1, 1.0, 0.3)], [(0, 1, 2)])
     gltf.mesh("pair", [gltf.primitive(*triangle, red), gltf.primitive(*triangle, green)])
     gltf.camera(0.7, 1.0, translation=[0.0, 0.0, 4.0])
@@ -175,11 +175,11 @@ def window_room():
     """Mostly indirect light: a room that the sky lights only through a window."""
     gltf = GltfWriter(window_room.__doc__)
     gltf.environment((12.0, 14.0, 17.0))
-    plaster = gltf.material("plaster", (0.75, 0.73, 0.7))
-    wood = gltf.material("wood", (0.4, 0.25, 0.13))
-    blue = gltf.material("blue", (0.1, 0.2, 0.5))
-    clay = gltf.material("clay", (0.6, 0.25, 0.15))
-    grass = gltf.material("grass", (0.15, 0.25, 0.08))
+    plaster = gltf.lambert("plaster", (0.75, 0.73, 0.7))
+    wood = gltf.lambert("wood", (0.4, 0.25, 0.13))
+    blue = gltf.lambert("blue", (0.1, 0.2, 0.5))
+    clay = gltf.lambert("clay", (0.6, 0.25, 0.15))
+    grass = gltf.lambert("grass", (0.15, 0.25, 0.08))
 
     room_with_window(gltf, plaster, wood, blue, grass)
     table = [box((1.5, 0.70, -3.6), (3.1, 0.75, -2.6))]

@@ -17,7 +17,7 @@ def sheen(color, roughness):
 
 velvet = roughness_row(
     "velvet", "Sheen of roughness 0, 0.2, ... 1 under a sky and a lamp: velvet, with white fibres and coloured ones in turns.",
-    lambda gltf, roughness, number: gltf.surface(
+    lambda gltf, roughness, number: gltf.material(
         f"velvet {roughness}", (0.25, 0.02, 0.05) if number % 2 else (0.02, 0.06, 0.2), roughness=1.0,
         extensions={**sheen((1.0, 0.5, 0.6) if number % 2 else (1.0, 1.0, 1.0), roughness),
                     "KHR_materials_specular": {"specularFactor": 0.0}}))
@@ -35,17 +35,17 @@ def lacquer():
         return {"KHR_materials_clearcoat": {"clearcoatFactor": 1.0, "clearcoatRoughnessFactor": roughness, **more}}
 
     color = gltf.texture("tiles color", scene_pictures.tiles_color())
-    tiles = gltf.surface("lacquered tiles", roughness=0.6, extensions=coat(0.0), doubleSided=True, baseColorTexture=color,
-                         normalTexture=bumps)
-    orange = gltf.surface("orange peel", (0.7, 0.2, 0.02), roughness=0.6, extensions=coat(0.0, clearcoatNormalTexture=bumps),
-                          doubleSided=True)
+    tiles = gltf.material("lacquered tiles", roughness=0.6, extensions=coat(0.0), doubleSided=True, baseColorTexture=color,
+                          normalTexture=bumps)
+    orange = gltf.material("orange peel", (0.7, 0.2, 0.02), roughness=0.6, extensions=coat(0.0, clearcoatNormalTexture=bumps),
+                           doubleSided=True)
     points, triangles, normals, uv, _ = vase(48, 24)
     for name, material, x in (("lacquered tiles", tiles, -2.1), ("orange peel", orange, -1.0)):
         gltf.mesh(name, [gltf.primitive(points, triangles, material, normals, uv)], translation=[x, 0.0, 0.0])
-    satin = gltf.surface("satin lacquer", (0.02, 0.1, 0.05), roughness=0.6, extensions=coat(0.35))
-    steel = gltf.surface("lacquered metal", (0.6, 0.05, 0.04), metallic=1.0, roughness=0.45, extensions=coat(0.0))
-    fabric = gltf.surface("lacquered velvet", (0.15, 0.02, 0.2), roughness=1.0,
-                          extensions={**coat(0.1), **sheen((0.8, 0.6, 1.0), 0.4)})
+    satin = gltf.material("satin lacquer", (0.02, 0.1, 0.05), roughness=0.6, extensions=coat(0.35))
+    steel = gltf.material("lacquered metal", (0.6, 0.05, 0.04), metallic=1.0, roughness=0.45, extensions=coat(0.0))
+    fabric = gltf.material("lacquered velvet", (0.15, 0.02, 0.2), roughness=1.0,
+                           extensions={**coat(0.1), **sheen((0.8, 0.6, 1.0), 0.4)})
     ball = smooth_sphere(gltf, 4, satin)
     for name, material, x in (("satin", satin, 0.1), ("metal", steel, 1.2), ("velvet", fabric, 2.3)):
         place(gltf, name, ball, material, (x, 0.5, 0.0), 0.5)
@@ -62,11 +62,11 @@ def prism():
     for i in range(-6, 7):
         x = 0.5 * i
         gltf.mesh(f"stripe {i}", [gltf.primitive(*quad((x, 0, -3), (x + 0.12, 0, -3), (x + 0.12, 3, -3), (x, 3, -3)),
-                                                 gltf.material(f"stripe {i}", (0, 0, 0), (4.0, 4.0, 4.0)))])
+                                                 gltf.lambert(f"stripe {i}", (0, 0, 0), (4.0, 4.0, 4.0)))])
 
     def flint(dispersion):
-        return gltf.surface(f"dispersion {dispersion}", roughness=0.0,
-                            extensions={**solid(1.62), "KHR_materials_dispersion": {"dispersion": dispersion}})
+        return gltf.material(f"dispersion {dispersion}", roughness=0.0,
+                             extensions={**solid(1.62), "KHR_materials_dispersion": {"dispersion": dispersion}})
 
     a, b, c = (-0.65, 0.02), (0.65, 0.02), (0.0, 1.15)
     near, far = 0.45, -0.45
@@ -114,20 +114,21 @@ def brushed_metal():
     def metal(name):
         return {"EIKON_materials_conductor": {"metal": name}}
 
-    steel = gltf.surface("turned steel", (0.75, 0.75, 0.78), metallic=1.0, roughness=0.2, extensions=brushed(0.8))
-    copper = gltf.surface("turned copper", roughness=0.2, extensions=brushed(0.8, **metal("Cu")))
+    steel = gltf.material("turned steel", (0.75, 0.75, 0.78), metallic=1.0, roughness=0.2, extensions=brushed(0.8))
+    copper = gltf.material("turned copper", roughness=0.2, extensions=brushed(0.8, **metal("Cu")))
     points, triangles, normals, uv, tangents = plate(96)
     for name, material, x in (("steel disc", steel, -0.75), ("copper disc", copper, 0.75)):
         gltf.mesh(name, [gltf.primitive(points, triangles, material, normals, uv, tangents)],
                   translation=[x, 0.35, 0.75], rotation=[0.130526192, 0.0, 0.0, 0.991444861], scale=[0.7, 0.7, 0.7])
     points, triangles, normals, uv, _ = vase(48, 24)
     for name, material, x in (
-            ("gold, around", gltf.surface("gold, around", roughness=0.25, doubleSided=True, extensions=brushed(0.9, **metal("Au"))), -1.8),
-            ("gold, along", gltf.surface("gold, along", roughness=0.25, doubleSided=True,
-                                         extensions=brushed(0.9, round(math.pi / 2, 9), **metal("Au"))), -0.6),
-            ("aluminium, not brushed", gltf.surface("aluminium", roughness=0.25, doubleSided=True, extensions=metal("Al")), 0.6),
-            ("plastic, along", gltf.surface("brushed plastic", (0.05, 0.1, 0.3), roughness=0.3, doubleSided=True,
-                                            extensions=brushed(0.9, round(math.pi / 2, 9))), 1.8)):
+            ("gold, around",
+             gltf.material("gold, around", roughness=0.25, doubleSided=True, extensions=brushed(0.9, **metal("Au"))), -1.8),
+            ("gold, along", gltf.material("gold, along", roughness=0.25, doubleSided=True,
+                                          extensions=brushed(0.9, round(math.pi / 2, 9), **metal("Au"))), -0.6),
+            ("aluminium, not brushed", gltf.material("aluminium", roughness=0.25, doubleSided=True, extensions=metal("Al")), 0.6),
+            ("plastic, along", gltf.material("brushed plastic", (0.05, 0.1, 0.3), roughness=0.3, doubleSided=True,
+                                             extensions=brushed(0.9, round(math.pi / 2, 9))), 1.8)):
         gltf.mesh(name, [gltf.primitive(points, triangles, material, normals, uv)], translation=[x, 0.0, -0.7])
     gltf.camera(0.42, 2.0, matrix=look_at((0.0, 2.2, 5.6), (0.0, 0.5, 0.0)))
     return gltf
@@ -140,10 +141,11 @@ def paper():
     gltf.environment((0.06, 0.07, 0.09))
     checker_floor(gltf, -6, 6, -6, 6, 0.4)
     back = quad((-3.2, 2.6, -2.0), (3.2, 2.6, -2.0), (3.2, 3.2, -1.2), (-3.2, 3.2, -1.2))
-    gltf.mesh("lamp behind", [gltf.primitive(back[0], [t[::-1] for t in back[1]], gltf.material("lamp", (0, 0, 0), (9.0, 8.5, 8.0), True))])
+    lamp = gltf.lambert("lamp", (0, 0, 0), (9.0, 8.5, 8.0), True)
+    gltf.mesh("lamp behind", [gltf.primitive(back[0], [t[::-1] for t in back[1]], lamp)])
 
     def sheet(name, share, color, through):
-        return gltf.surface(name, color, roughness=0.7, extensions={"KHR_materials_diffuse_transmission": {
+        return gltf.material(name, color, roughness=0.7, extensions={"KHR_materials_diffuse_transmission": {
             "diffuseTransmissionFactor": share, "diffuseTransmissionColorFactor": list(through)}})
 
     for i in range(5):
@@ -157,7 +159,7 @@ def paper():
     red = sheet("red paper", 0.5, (0.6, 0.1, 0.05), (0.9, 0.15, 0.05))
     ball = smooth_sphere(gltf, 4, rice)
     gltf.mesh("lantern", [gltf.variant_of(ball, (rice, red))], translation=[0.6, 0.45, 1.5], scale=[0.45, 0.45, 0.45])
-    bulb = gltf.material("bulb", (0, 0, 0), (40.0, 34.0, 26.0))
+    bulb = gltf.lambert("bulb", (0, 0, 0), (40.0, 34.0, 26.0))
     place(gltf, "bulb", ball, bulb, (0.6, 0.45, 1.5), 0.1)
     gltf.camera(0.5, 2.0, matrix=look_at((0.0, 1.5, 6.2), (0.0, 0.55, 0.0)))
     return gltf

@@ -30,9 +30,9 @@ def unit(v):
 def stage(gltf, size, light_height):
     """A floor, a sky that fills shadows, and a square light above, which faces down."""
     gltf.environment((0.25, 0.3, 0.4))
-    floor = gltf.material("floor", (0.55, 0.5, 0.45))
+    floor = gltf.lambert("floor", (0.55, 0.5, 0.45))
     gltf.mesh("floor", [gltf.primitive(*quad((-size, 0, size), (size, 0, size), (size, 0, -size), (-size, 0, -size)), floor)])
-    lamp = gltf.material("lamp", (0.0, 0.0, 0.0), (14.0, 13.0, 11.0))
+    lamp = gltf.lambert("lamp", (0.0, 0.0, 0.0), (14.0, 13.0, 11.0))
     h, s = light_height, 0.6
     corners = ((-s, h, -s + 0.8), (s, h, -s + 0.8), (s, h, s + 0.8), (-s, h, s + 0.8))
     gltf.mesh("lamp", [gltf.primitive(*quad(*corners), lamp)])
@@ -78,7 +78,7 @@ def bending_arm():
         share[upper], share[upper + 1] = 255 - blend, blend
         joints.append((0, 1, 2, 0))
         weights.append(share)
-    skin_color = gltf.surface("skin", (0.8, 0.35, 0.2), roughness=0.5)
+    skin_color = gltf.material("skin", (0.8, 0.35, 0.2), roughness=0.5)
     primitive = gltf.primitive(points, triangles, skin_color, normals)
     primitive["attributes"].update(gltf.joint_weights(joints, weights))
     shoulder = gltf.joint("shoulder")
@@ -131,13 +131,13 @@ def morphing_blob():
             a, b = j * (around + 1) + i, (j + 1) * (around + 1) + i
             triangles += [] if j == 0 else [(a, a + 1, b)]
             triangles += [] if j == rows - 1 else [(a + 1, b + 1, b)]
-    paint = gltf.surface("paint", (0.15, 0.45, 0.75), roughness=0.3)
+    paint = gltf.material("paint", (0.15, 0.45, 0.75), roughness=0.3)
     primitive = gltf.primitive(ball[0], triangles, paint, ball[1])
 
     def differences(shape):
         return [[rounded(b - a for a, b in zip(p, q)) for p, q in zip(ball[k], shape[k])] for k in (0, 1)]
 
-    primitive["targets"] = [gltf.target(*differences(star)), gltf.target(*differences(cushion))]
+    primitive["targets"] = [gltf.morph_target(*differences(star)), gltf.morph_target(*differences(cushion))]
     gltf.mesh("blob", [primitive], translation=[0.0, 0.9, 0.0], weights=[0.0, 0.0])
     mesh = gltf.root["meshes"][-1]
     mesh["extras"] = {"targetNames": ["star", "cushion"]}
@@ -167,17 +167,17 @@ def wheel(gltf, material, hub):
         corners, faces = box((0.06, -0.025, -0.02), (0.38, 0.025, 0.02))
         spokes.append(([rounded((c * x - s * y, s * x + c * y, z)) for x, y, z in corners], faces))
     spokes.append(box((-0.07, -0.07, -0.05), (0.07, 0.07, 0.05)))
-    return gltf.shape("wheel", [gltf.primitive(points, triangles, material, normals), gltf.primitive(*join(*spokes), hub)])
+    return gltf.mesh_alone("wheel", [gltf.primitive(points, triangles, material, normals), gltf.primitive(*join(*spokes), hub)])
 
 
 def spinning_wheel():
     """Nodes, a camera and materials: a wheel rolls without slipping, the camera follows, and a lamp changes its colour."""
     gltf = GltfWriter(spinning_wheel.__doc__)
     stage(gltf, 4.0, 3.0)
-    rubber = gltf.surface("rubber", (0.03, 0.03, 0.035), roughness=0.6)
-    brass = gltf.surface("brass", (0.9, 0.7, 0.35), metallic=1.0, roughness=0.3)
-    gltf.place("wheel", wheel(gltf, rubber, brass), translation=[-1.5, 0.5, 0.0])
-    glow = gltf.material("glow", (0.0, 0.0, 0.0), (6.0, 1.0, 0.5))
+    rubber = gltf.material("rubber", (0.03, 0.03, 0.035), roughness=0.6)
+    brass = gltf.material("brass", (0.9, 0.7, 0.35), metallic=1.0, roughness=0.3)
+    gltf.place_mesh("wheel", wheel(gltf, rubber, brass), translation=[-1.5, 0.5, 0.0])
+    glow = gltf.lambert("glow", (0.0, 0.0, 0.0), (6.0, 1.0, 0.5))
     gltf.mesh("sign", [gltf.primitive(*box((-0.3, 0.0, -0.05), (0.3, 0.9, 0.05)), glow)], translation=[0.0, 0.0, -1.2])
     node = gltf.node_index("wheel")
     length = round(math.pi, DIGITS)  # of a whole turn at radius 0.5
@@ -197,9 +197,9 @@ def camera_path():
     """A camera alone moves: it flies once around still things, by CUBICSPLINE, turns by slerp, and zooms in and out."""
     gltf = GltfWriter(camera_path.__doc__)
     stage(gltf, 3.0, 3.2)
-    clay = gltf.surface("clay", (0.7, 0.3, 0.2), roughness=0.7)
-    steel = gltf.surface("steel", (0.75, 0.75, 0.78), metallic=1.0, roughness=0.25)
-    enamel = gltf.surface("enamel", (0.1, 0.3, 0.6), roughness=0.4)
+    clay = gltf.material("clay", (0.7, 0.3, 0.2), roughness=0.7)
+    steel = gltf.material("steel", (0.75, 0.75, 0.78), metallic=1.0, roughness=0.25)
+    enamel = gltf.material("enamel", (0.1, 0.3, 0.6), roughness=0.4)
     gltf.mesh("pillar", [gltf.primitive(*box((-0.25, 0.0, -0.25), (0.25, 1.2, 0.25)), clay)], rotation=list(turn(1, 30)))
     points, triangles = sphere(0.4, 3)
     points = [rounded(p) for p in points]

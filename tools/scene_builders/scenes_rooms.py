@@ -15,11 +15,11 @@ WINDOW = (0.8, 2.2, -4.2, -2.2)  # as `shell` takes it
 
 def finishes(gltf):
     """The materials of both rooms by name."""
-    materials = {name: gltf.material(name, color) for name, color in {
+    materials = {name: gltf.lambert(name, color) for name, color in {
         "plaster": (0.76, 0.74, 0.7), "cloth": (0.35, 0.4, 0.3), "wool": (0.55, 0.3, 0.18), "paper": (0.7, 0.66, 0.55),
         "red": (0.5, 0.09, 0.07), "blue": (0.08, 0.16, 0.4), "ochre": (0.6, 0.38, 0.1), "soil": (0.2, 0.3, 0.1)}.items()}
-    materials["oak"] = gltf.surface("oak", (0.42, 0.27, 0.14), 0.0, 0.45)
-    materials["glaze"] = gltf.surface("glaze", (0.1, 0.35, 0.4), 0.0, 0.25)
+    materials["oak"] = gltf.material("oak", (0.42, 0.27, 0.14), 0.0, 0.45)
+    materials["glaze"] = gltf.material("glaze", (0.1, 0.35, 0.4), 0.0, 0.25)
     return materials
 
 
@@ -95,7 +95,7 @@ def shelf_lamp_room():
     gltf = GltfWriter(shelf_lamp_room.__doc__)
     materials = finishes(gltf)
     shell(gltf, materials)
-    lamp = gltf.material("lamp", (0.0, 0.0, 0.0), (90.0, 72.0, 50.0))
+    lamp = gltf.lambert("lamp", (0.0, 0.0, 0.0), (90.0, 72.0, 50.0))
     back = -DEPTH + 0.35  # of the shelf, with a gap behind it
     shelf(gltf, materials, 1.1, 3.3, back + 0.3, backed=True)
     # A strip on the back of the shelf, 1.6 m wide and 6 cm high, that faces the wall.
@@ -127,7 +127,7 @@ def blind_room():
     gltf.environment((20.0, 23.0, 28.0))
     y0, y1, z0, z1 = WINDOW
     shell(gltf, materials, WINDOW)
-    slat = gltf.material("slat", (0.65, 0.63, 0.58))
+    slat = gltf.lambert("slat", (0.65, 0.63, 0.58))
     # Slats of 8 cm every 7 cm, tilted by 55 degrees with the room's side up, half way through the
     # wall.
     reach, rise, thick = round(0.04 * math.cos(math.radians(55)), 6), round(0.04 * math.sin(math.radians(55)), 6), 0.004
@@ -153,7 +153,7 @@ def glazed_room():
     shell(gltf, materials, WINDOW)
     gltf.punctual_light("sun", "directional", (1.0, 0.9, 0.75), 60.0,
                         matrix=look_at((-0.75, 0.6, 0.2), (0.0, 0.0, 0.0)))
-    glass = gltf.surface("glass", roughness=0.0, extensions=solid(1.5))
+    glass = gltf.material("glass", roughness=0.0, extensions=solid(1.5))
     # Half way through the wall, and a little larger than the hole.
     gltf.mesh("pane", [gltf.primitive(*box((-0.13, y0 - 0.01, z0 - 0.01), (-0.12, y1 + 0.01, z1 + 0.01)), glass)])
     ground_and_furniture(gltf, materials)
