@@ -130,7 +130,7 @@ class Sbatch(Command):
     def test_quoted_words_stay_one_word(self):
         words = flags.split(["--comment='a b' --qos=long", r"--comment='say \"hi\" # \\ you'"])
         self.assertEqual(words[:2], ["--comment=a b", "--qos=long"])
-        self.assertEqual(scripts.directives({"sbatch": words}, {}).split("\n"),
+        self.assertEqual(scripts.sbatch_lines({"sbatch": words}, {}).split("\n"),
                          ['#SBATCH "--comment=a b"', "#SBATCH --qos=long", r'#SBATCH "--comment=say \\\"hi\\\" # \\\\ you"'])
 
     def test_a_quote_that_is_not_closed(self):

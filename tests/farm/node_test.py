@@ -44,7 +44,7 @@ class NodeScript(Place):
 
     def look(self, node="n1", version="1"):
         self.eikon(f'[ "$1" = devices ] && echo "   arithmetic plain" || echo "eikon {version}"')
-        return self.run_script(scripts.node_script(None) + '\necho "$POCL_CACHE_DIR"', SLURMD_NODENAME=node,
+        return self.run_script(scripts.node_script() + '\necho "$POCL_CACHE_DIR"', SLURMD_NODENAME=node,
                                EIKON_NODE_CACHE=str(self.path / "cache"))
 
     def pack(self, program, when):
@@ -95,7 +95,7 @@ class NodeScript(Place):
         there = self.path / "nodes/n1"
         program = subprocess.run(["stat", "-c", "%Y-%s", self.path / "eikon"], capture_output=True, text=True, check=True).stdout
         there.write_text("".join(line for line in there.read_text().splitlines(True) if "program" not in line) + f"program {program}")
-        self.run_script(scripts.node_script(None), SLURMD_NODENAME="n1", EIKON_NODE_CACHE=str(self.path / "cache"), farm=str(self.path))
+        self.run_script(scripts.node_script(), SLURMD_NODENAME="n1", EIKON_NODE_CACHE=str(self.path / "cache"), farm=str(self.path))
         self.assertFalse((self.path / "runs").exists())
 
 
@@ -182,7 +182,7 @@ class MarksOfATask(Place):
         for name in names:
             (self.path / f"{name}.done").touch()
         (self.path / "node.sh").write_text("fail() { exit 3; }\n")
-        self.run_script("name=r0-00000\n" + scripts.run_lines("--quiet"))
+        self.run_script("name=r0-00000\n" + scripts.task_lines("--quiet"))
         return [number for number, name in enumerate(names) if (self.path / f"{name}.done").exists()]
 
     def test_only_what_is_done_is_marked(self):
@@ -214,7 +214,7 @@ exit 143""")
         (self.path / "sed").write_text('#!/bin/bash\nsleep 0.5; PATH="${PATH#*:}"; exec sed "$@"\n')
         (self.path / "sed").chmod(0o755)
         text = (f'farm={self.path}; base={self.path}; eikon="$farm/eikon"; PATH="$farm:$PATH"; name=r0-00000\n'
-                + scripts.run_lines("--quiet"))
+                + scripts.task_lines("--quiet"))
         with subprocess.Popen(["bash", "-c", text], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
             while not (self.path / "begun").exists():
                 time.sleep(0.02)

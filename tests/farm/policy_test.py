@@ -48,7 +48,7 @@ class Folder(unittest.TestCase):
     def test_the_name_of_a_job_has_no_blank(self):
         farm = types.SimpleNamespace(path=pathlib.Path("/scenes/my scene.farm"), excluded="",
                                      settings={"partition": "", "account": "", "threads": 1, "memory_mb": 100})
-        self.assertEqual(scripts.common(farm, "tasks")["job-name"], "eikon-tasks-my_scene")
+        self.assertEqual(scripts.job_options(farm, "tasks")["job-name"], "eikon-tasks-my_scene")
 
     def test_a_busy_node_stays_busy_while_another_one_compiles(self):
         queue = [{(1, 0): ("PENDING",), (2, 0): ("RUNNING",)}, {(2, 0): ("RUNNING",)}, {}]
@@ -197,12 +197,13 @@ class Clusters(unittest.TestCase):
         self.assertEqual(simulate.simulate(simulate.Work([36000.0], 65536, 0.001), simulate.Cluster(1)).limit(1), "nothing: rendering")
 
     def test_more_nodes_are_never_worth_it_for_nothing(self):
-        rows = [{"nodes": nodes, "seconds": seconds} for nodes, seconds in ((1, 100), (2, 51), (4, 27), (8, 25), (16, 12))]
-        self.assertEqual(planning.worth(rows), 4)
+        rows = [{"nodes": nodes, "seconds": seconds, "done": True}
+                for nodes, seconds in ((1, 100), (2, 51), (4, 27), (8, 25), (16, 12))]
+        self.assertEqual(planning.nodes_worth_it(rows), 4)
         rows[1]["done"] = False
-        self.assertEqual(planning.worth(rows), 1)
+        self.assertEqual(planning.nodes_worth_it(rows), 1)
         rows[0]["done"] = False
-        self.assertEqual(planning.worth(rows), 0)
+        self.assertEqual(planning.nodes_worth_it(rows), 0)
 
     def test_an_image_of_which_parts_fail_is_not_done(self):
         out = simulate.simulate(WORK, simulate.Cluster(64, errors=0.9))
@@ -211,7 +212,7 @@ class Clusters(unittest.TestCase):
         self.assertEqual(out.limit(64), f"{out.failed} of {out.parts} parts failed")
         options = types.SimpleNamespace(most=2, spread=0.0, failures=0.0, preemptions=0.0, errors=0.9, disk=1000.0, seed=1)
         with contextlib.redirect_stdout(io.StringIO()) as said:
-            planning.show(planning.table_of(WORK, options))
+            planning.print_table(planning.table_of(WORK, options))
         self.assertRegex(said.getvalue(), r"\n +2 +not done +- +10 +[1-9]\d* +10 .* of 10 parts failed\n")
 
     def test_a_cluster_that_finishes_nothing_has_an_end(self):

@@ -48,20 +48,20 @@ def write_merges(farm, some=None):
 
 
 def text_of(farm, job, merges, level, number):
-    """The script of a merge. merges: the tree of the job"""
+    """Returns the text of the script of a merge. merges: the tree of the job; level, number: the place of the merge in it."""
     inputs, output = merges[level][number]
     about = f"{job.name}: merge {number + 1} of {len(merges[level])} of level {level + 1} of {len(merges)}"
     if level + 1 == len(merges):
-        return scripts.last_merge(farm, job, about, inputs)
-    return scripts.one_merge(farm, job, about, inputs, output)
+        return scripts.final_merge_script(farm, job, about, inputs)
+    return scripts.partial_merge_script(farm, job, about, inputs, output)
 
 
 def is_written(farm, job):
     """Whether all that a job in parts writes is there as the last merge, as it is now, has left it, and not before a part."""
     merges, mark = tree(farm, job), scripts.done_mark(farm, job, job.output)
     try:
-        sizes = [f"{os.path.getsize(os.path.join(farm.base, name))} {name}" for name in scripts.results_of(job, job.output)]
-        key = scripts.key_of(text_of(farm, job, merges, len(merges) - 1, 0))
+        sizes = [f"{os.path.getsize(os.path.join(farm.base, name))} {name}" for name in scripts.results_of_merge(job, job.output)]
+        key = scripts.key_of_merge(text_of(farm, job, merges, len(merges) - 1, 0))
         return (pathlib.Path(farm.base, mark).read_text() == "".join(line + "\n" for line in [key, *sizes])
                 and all(newer(farm, mark, name) for name in part_files(farm, job)))
     except OSError:

@@ -57,7 +57,8 @@ def invented(options):
 
 
 def work_of(options):
-    """What is to be done: as it was measured, or as the user invents it."""
+    """Returns the simulate.Work to be done: as it was measured, or as the user invents it. Raises errors.FarmError if there is
+    neither."""
     if options.work is not None:
         return invented(options)
     if not options.input:
@@ -77,7 +78,8 @@ def work_of(options):
 
 
 def table_of(work, options):
-    """A row for each power of two of nodes, up to the most."""
+    """Returns a row for each power of two of nodes, up to the most: {"nodes", "seconds", "done": whether all images were written,
+    ...}."""
     numbers = sorted({2 ** power for power in range(int(math.log2(max(1, options.most))) + 1)} | {options.most})
     rows = []
     for nodes in numbers:
@@ -90,48 +92,45 @@ def table_of(work, options):
     return rows
 
 
-def worth(rows):
-    """The largest number of nodes up to which each doubling is worth it; 0 if the first row is not done."""
-    best = rows[0]["nodes"] if is_done(rows[0]) else 0
+def nodes_worth_it(rows):
+    """Returns the largest number of nodes up to which each doubling is worth it; 0 if the first row is not done.
+
+    rows: those of table_of(), by rising numbers of nodes."""
+    best = rows[0]["nodes"] if rows[0]["done"] else 0
     for before, row in zip(rows, rows[1:]):
         doublings = math.log2(row["nodes"] / before["nodes"])
-        if not best or not is_done(row) or before["seconds"] / row["seconds"] < WORTH ** doublings:
+        if not best or not row["done"] or before["seconds"] / row["seconds"] < WORTH ** doublings:
             break
         best = row["nodes"]
     return best
 
 
-def is_done(row):
-    """Whether all images of a row are written."""
-    return row.get("done", True)
-
-
-def show(rows):
+def print_table(rows):
     """Prints the table. A row that is not done has no time."""
     print(f"{'nodes':>6} {'time':>10} {'faster':>7} {'parts':>6} {'failed':>6} {'tasks':>6} {'starts':>6} {'merge':>7}  "
           "limited by")
     for row in rows:
         time, faster, merge = "not done", "-", "-"
-        if is_done(row):
+        if row["done"]:
             time, merge = status.in_words(row["seconds"]), status.in_words(row["merge_seconds"])
-            if is_done(rows[0]):
+            if rows[0]["done"]:
                 faster = f"{rows[0]['seconds'] / row['seconds']:.1f}"
         print(f"{row['nodes']:>6} {time:>10} {faster:>7} {row['parts']:>6} {row['failed']:>6} {row['tasks']:>6} "
               f"{row['starts']:>6} {merge:>7}  {row['limit']}")
 
 
 def plan(options):
-    """Prints the table."""
+    """Does what the command `plan` says: prints the table, and writes it as JSON and as a drawing where flags ask for it."""
     rows = table_of(work_of(options), options)
-    show(rows)
-    best = worth(rows)
+    print_table(rows)
+    best = nodes_worth_it(rows)
     print(f"up to {best} nodes, each doubling makes it at least {WORTH} times faster" if best else
           "one node does not write all images: there is no time to compare others with")
     if options.json:
         with open(options.json, "w", encoding="utf-8") as file:
             json.dump({"rows": rows, "worth": best}, file, indent=1)
     if options.svg:
-        done = [row for row in rows if is_done(row)]
+        done = [row for row in rows if row["done"]]
         if not done:
             raise errors.FarmError(f"{options.svg}: no number of nodes writes all images, so nothing was drawn: try fewer "
                                    "--failures or --errors", errors.NOT_AS_ASKED)

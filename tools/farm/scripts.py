@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The shell scripts that run on the nodes. They need bash and eikon there, nothing else; `--dry-run` prints them."""
+"""Writes the shell scripts that run on the nodes. They need bash and eikon there, nothing else; `--dry-run` prints them.
+
+The texts stand here as templates; the functions below fill them in for a farm, a folder.Farm, and return them as strings."""
 import hashlib
 import re
 import shlex
@@ -136,16 +138,15 @@ echo "== at $(date +%s.%3N) $(date -u +%FT%TZ) $name ended with exit code $code 
 exit $code
 """
 
-# For a queue that speaks Open Job Description: it keeps the log, and reads the lines of progress in
-# it.
+# A queue that speaks Open Job Description keeps the log, and reads the lines of progress in it.
 OPENJD_TASK = r"""
 name="r0-$(printf %05d "$1")"
 {run}
 exit $code
 """
 
-# Runs the lines of task $name, and sets `code`.
-RUN = r"""# Shortly before the time limit comes USR1: eikon saves, and the task is queued again. TERM, which comes before a task is
+# This runs the lines of task $name, and sets `code`.
+RUN_TASK = r"""# Shortly before the time limit comes USR1: eikon saves, and the task is queued again. TERM, which comes before a task is
 # cancelled or preempted, saves too. What SIGKILL ends continues from its last checkpoint.
 # Only the first TERM is passed on: a second one ends eikon at once, without its picture.
 requeue= ended= stopping= ready= child= told= code=143
@@ -255,22 +256,23 @@ fi
 """
 
 
-def directives(settings, options):
-    """#SBATCH lines: `options`, and what the user asked for."""
+def sbatch_lines(settings, options):
+    """Returns the #SBATCH lines of a script. settings: those of the farm, of which "sbatch" has the user's own words; options:
+    {name: value}, True for a flag without value; None, "" and False leave the option out."""
     lines = [f"#SBATCH --{name}={value}" if value is not True else f"#SBATCH --{name}" for name, value in options.items()
              if value not in (None, "", False)]
     lines += [f"#SBATCH {flags.quote_for_sbatch(word)}" for word in settings["sbatch"]]
     return "\n".join(lines)
 
 
-def head(farm, options):
-    """The first lines of a script."""
-    return HEAD.format(directives=directives(farm.settings, options), farm=shlex.quote(str(farm.path)),
+def script_head(farm, options):
+    """Returns the first lines of every script of the farm; options: as of sbatch_lines()."""
+    return HEAD.format(directives=sbatch_lines(farm.settings, options), farm=shlex.quote(str(farm.path)),
                        base=shlex.quote(farm.base), eikon=shlex.quote(farm.settings["eikon"]))
 
 
-def common(farm, name):
-    """What every job of the farm asks the scheduler for."""
+def job_options(farm, name):
+    """Returns {option of sbatch: value} that every job of the farm has. name: the kind of job, for people who look at the queue."""
     settings = farm.settings
     # Slurm takes what follows a space for another option.
     job = re.sub(r"[^A-Za-z0-9._-]+", "_", f"eikon-{name}-{farm.path.stem}")[:60]
@@ -280,88 +282,92 @@ def common(farm, name):
             "exclude": farm.excluded, "output": "/dev/null", "error": "/dev/null"}
 
 
-def run_lines(progress):
-    """What runs the lines of a task, and tries again as the policy says."""
+def task_lines(progress):
+    """Returns the part of a script that runs the lines of a task, and tries again as the policy says. progress: the flag by which
+    eikon says how far it is."""
     lines = [f"    {code}) most={policy.attempts(code)} ;;" for code in sorted(policy.ATTEMPTS)]
     lines.append(f"    *) most={policy.ATTEMPTS_OTHER} ;;")
-    return RUN.replace("{attempts}", "\n".join(lines)).replace("{progress}", progress)
+    return RUN_TASK.replace("{attempts}", "\n".join(lines)).replace("{progress}", progress)
 
 
 def openjd_scripts(farm):
-    """{name: text} of what the steps of a template run."""
-    return {"openjd-task.sh": head(farm, {}) + OPENJD_TASK.replace("{run}", run_lines("--progress openjd")),
-            "openjd-merge.sh": head(farm, {}) + OPENJD_MERGE}
+    """Returns {name: text} of the scripts that the steps of an Open Job Description template run."""
+    return {"openjd-task.sh": script_head(farm, {}) + OPENJD_TASK.replace("{run}", task_lines("--progress openjd")),
+            "openjd-merge.sh": script_head(farm, {}) + OPENJD_MERGE}
 
 
 def task_script(farm):
-    """Runs one task of an array."""
-    options = {**common(farm, "task"), "gres": farm.settings["gres"], "time": farm.settings["minutes"], "requeue": True,
+    """Returns the text of the script that runs one task of an array."""
+    options = {**job_options(farm, "task"), "gres": farm.settings["gres"], "time": farm.settings["minutes"], "requeue": True,
                "signal": f"B:USR1@{farm.settings['signal_s']}", "open-mode": "append"}
-    text = TASK.replace("{run}", run_lines("--quiet"))
-    return head(farm, options) + text.replace(
+    text = TASK.replace("{run}", task_lines("--quiet"))
+    return script_head(farm, options) + text.replace(
         "{warn_after_s}", str(policy.warn_after_s(farm.settings["minutes"], farm.settings["signal_s"])))
 
 
 def probe_script(farm):
-    """Looks at one node, and compiles kernels for its kind."""
+    """Returns the text of the script that looks at one node, and compiles kernels for its kind."""
     job = farm.jobs[0]
-    options = {**common(farm, "probe"), "gres": farm.settings["gres"], "time": 10}
+    options = {**job_options(farm, "probe"), "gres": farm.settings["gres"], "time": 10}
     # A window of the picture has the same kernels, and is sooner written.
     window = [] if any(word.startswith("--crop") for word in job.part) else ["--crop=0,0,1,1"]
     first = [*job.part, *window, *([f"--threads={farm.settings['threads']}"] if farm.settings["threads"] else [])]
-    return head(farm, options) + PROBE.replace("{first}", jobs.quote(first)).replace(
+    return script_head(farm, options) + PROBE.replace("{first}", jobs.quote(first)).replace(
         "{samples}", f"{job.samples[0]}:{job.samples[0] + 1}").replace(
             "{key}", jobs.key_of_kernels(farm.settings["eikon"], job, farm.base))
 
 
-def node_script(_farm):
-    """What every script sources on its node."""
+def node_script():
+    """Returns the text that every script sources on its node: it checks the node and prepares it."""
     return NODE.lstrip()
 
 
 def merge_script(farm, level):
-    """Runs one merge of an array."""
-    options = {**common(farm, f"merge{level}"), "time": 60, "requeue": True}
-    return head(farm, options) + MERGE.replace("{level}", str(level))
+    """Returns the text of the script that runs one merge of an array. level: that of the merge in its tree, 0 is the first."""
+    options = {**job_options(farm, f"merge{level}"), "time": 60, "requeue": True}
+    return script_head(farm, options) + MERGE.replace("{level}", str(level))
 
 
-def one_merge(farm, job, about, inputs, output):
-    """Merges some files into one of their kind."""
+def partial_merge_script(farm, job, about, inputs, output):
+    """Returns the text of the script that merges some files into one of their kind.
+
+    about: a comment for its head; inputs, output: names of files as farm.inside() makes them."""
     # One with gaps ends with 1, and is not kept.
     command = ('"$eikon" merge "${inputs[@]}" -o "$output.new.exr" --quiet && mv "$output.new.exr" "$output" '
                '|| { rm -f "$output.new.exr"; exit 1; }')
-    return merge_text(job, about, inputs, output, done_mark(farm, job, output), command)
+    return merge_script_text(job, about, inputs, output, done_mark(farm, job, output), command)
 
 
-def last_merge(farm, job, about, inputs):
-    """Completes an image: the samples of all files are there, so eikon renders nothing, and writes what the job asks for."""
+def final_merge_script(farm, job, about, inputs):
+    """Returns the text of the script that completes an image: the samples of all files are there, so eikon renders nothing, and
+    writes what the job asks for. about, inputs: as of partial_merge_script()."""
     # Of the line's own flags, those about its checkpoint would contradict the farm's.
     words = jobs.without(job.words, {"--checkpoint": True, "--checkpoint-every": True, "--resume": False, "--quiet": False,
                                      "--add": True})
     words += farm.threads(words)
     command = '"$eikon" render ' + jobs.quote(words) + ' "${inputs[@]/#/--add=}" --quiet || exit $?'
-    return merge_text(job, about, inputs, job.output, done_mark(farm, job, job.output), command)
+    return merge_script_text(job, about, inputs, job.output, done_mark(farm, job, job.output), command)
 
 
 def done_mark(farm, job, output):
-    """The file that a merge writes when its output is whole."""
+    """Returns the path of the file that a merge writes when its output is whole."""
     return farm.inside("parts", job.name, "picture.done") if output == job.output else f"{output}.done"
 
 
-def results_of(job, output):
-    """All files that a merge writes."""
+def results_of_merge(job, output):
+    """Returns the names of all files that the merge of an output writes."""
     return job.results or [output] if output == job.output else [output]
 
 
-def key_of(text):
-    """Of a merge's text: another one if it has other inputs, or writes its output otherwise."""
+def key_of_merge(text):
+    """Returns the key in a merge's text. It is another one if the merge has other inputs, or writes its output otherwise."""
     return re.search(r"^key=(\w+)$", text, re.MULTILINE)[1]
 
 
-def merge_text(job, about, inputs, output, mark, command):
-    """The script of a merge."""
+def merge_script_text(job, about, inputs, output, mark, command):
+    """Returns the text of the script of a merge. mark: as done_mark() returns it; command: the shell command that merges."""
     quoted = [shlex.quote(name) for name in inputs]
     key = hashlib.sha256("\n".join([output, command, *inputs]).encode()).hexdigest()[:16]
     return ONE_MERGE.format(about=about, inputs="\n  ".join(["", *quoted]) + "\n", output=shlex.quote(output),
                             lock=shlex.quote(mark.removesuffix(".done") + ".lock"), mark=shlex.quote(mark), key=key,
-                            results=jobs.quote(results_of(job, output)), name=job.name, command=command).lstrip()
+                            results=jobs.quote(results_of_merge(job, output)), name=job.name, command=command).lstrip()

@@ -148,7 +148,7 @@ def say_sizes(farm):
 
 def write_node_script(farm):
     """Writes what every script sources."""
-    folder.write(farm.path / "node.sh", scripts.node_script(farm))
+    folder.write(farm.path / "node.sh", scripts.node_script())
 
 
 def write_scripts(farm):
@@ -160,7 +160,7 @@ def write_scripts(farm):
 
 def print_scripts(farm):
     """For --dry-run."""
-    print(f"\n# {farm.path}/node.sh\n{scripts.node_script(farm)}")
+    print(f"\n# {farm.path}/node.sh\n{scripts.node_script()}")
     for name, text in (("probe.sh", scripts.probe_script(farm)), ("task.sh", scripts.task_script(farm)),
                        ("merge-0.sh", scripts.merge_script(farm, 0))):
         print(f"\n# {farm.path}/{name}\n{text}")
@@ -171,7 +171,7 @@ def print_scripts(farm):
     if job:
         inputs, _ = merging.tree(farm, job)[-1][0]
         print(f"\n# {farm.path}/merges: the last merge of {job.name}")
-        print(scripts.last_merge(farm, job, job.name, inputs))
+        print(scripts.final_merge_script(farm, job, job.name, inputs))
     print("\nnothing was submitted (--dry-run)")
 
 

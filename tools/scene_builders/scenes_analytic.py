@@ -52,11 +52,13 @@ def lamps():
     gltf.shape("plane", "plane", glow("plane", "green", 2.0, 5.0, 1.5), {"sizeX": 0.5, "sizeZ": 0.5}, translation=[0.4, 0.8, -0.9],
                rotation=[0.8660, 0.0, 0.0, 0.5])
     gltf.shape("cylinder", "cylinder", glow("cylinder", "cold", 0.4, 3.5, 5.0),
-               {"height": 0.6, "radiusTop": 0.12, "radiusBottom": 0.12}, translation=[1.0, 0.4, 0.3], rotation=[0.0, 0.0, 0.5, 0.8660])
+               {"height": 0.6, "radiusTop": 0.12, "radiusBottom": 0.12},
+               translation=[1.0, 0.4, 0.3], rotation=[0.0, 0.0, 0.5, 0.8660])
     gltf.shape("cone", "cylinder", glow("cone", "cold", 0.5, 1.2, 7.0), {"height": 0.6, "radiusTop": 0.0, "radiusBottom": 0.25},
                translation=[1.6, 0.31, -0.7])
     gltf.shape("capsule", "capsule", glow("capsule", "warm", 4.0, 0.6, 5.0),
-               {"height": 0.4, "radiusTop": 0.08, "radiusBottom": 0.16}, translation=[2.3, 0.5, 0.1], rotation=[0.2588, 0.0, 0.0, 0.9659])
+               {"height": 0.4, "radiusTop": 0.08, "radiusBottom": 0.16},
+               translation=[2.3, 0.5, 0.1], rotation=[0.2588, 0.0, 0.0, 0.9659])
     for x in (-1.6, -0.8, 0.2, 0.7, 1.4, 2.0):
         gltf.shape("post", "cylinder", grey, {"height": 0.5, "radiusTop": 0.06, "radiusBottom": 0.06},
                    translation=[x, 0.25, 0.75 - 0.2 * abs(x)])
