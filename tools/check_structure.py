@@ -26,9 +26,11 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 HOST_ORDER = ["core", "io", "formula", "image", "scene", "gltf", "accel", "device", "film", "guide", "pack", "wavefront", "render",
               "instruments", "page", "job", "view", "cli", "python"]
 KERNEL_ORDER = ["shared", "lanes", "guide", "bsdf", "surface", "shapes", "traverse", "lights", "film", "stages", "probe"]
+# A reader should be able to take each thing in at once: a folder's names and a function without scrolling, a file in one sitting,
+# and the arguments of a call without looking up their order. "header" counts kernel headers that do not compile alone.
 LIMITS = {"folder": 22, "file": 400, "function": 60, "parameters": 6, "header": 0}
 UNITS = {"folder": "files", "file": "lines", "function": "lines", "parameters": "parameters"}
-COMMENT_COLUMNS = 100
+COMMENT_COLUMNS = 100  # prose in longer lines is hard to read; code may have more columns
 EXCEPTIONS = ROOT / "tools/structure_exceptions.txt"
 INCLUDE = re.compile(r'^\s*#\s*include "([^"]+)"', re.MULTILINE)
 

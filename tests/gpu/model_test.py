@@ -29,7 +29,7 @@ class ModelOfGpus(unittest.TestCase):
 
     def test_counts_are_those_of_the_kernels(self):
         kept = [line for line in model.COUNTS.read_text().splitlines() if line.startswith("cornell\t")]
-        counted = model.count(EIKON, "cornell", ("bvh2", "cwbvh"))
+        counted = model.count_lines(EIKON, "cornell", ("bvh2", "cwbvh"))
         self.assertEqual([line for line in kept if "\tbvh4/" not in line], counted)
 
     def test_assumptions_are_in_order(self):
@@ -38,14 +38,14 @@ class ModelOfGpus(unittest.TestCase):
             self.assertTrue(slow <= middle <= fast or slow >= middle >= fast, field.name)
         for scene in model.SCENES:
             for block in (128, 256):
-                rates = [model.mpaths(H100, scene, block, end) for end in range(3)]
+                rates = [model.megapaths_per_s(H100, scene, block, end) for end in range(3)]
                 self.assertEqual(rates, sorted(rates))
 
     def test_larger_units_and_fewer_registers_are_no_slower_and_full_devices_are_fastest(self):
         for scene in model.SCENES:
-            rates = [model.mpaths(H100, scene, paths, 1) for paths in (1 << 16, 1 << 20, 1 << 23, 1 << 25)]
+            rates = [model.megapaths_per_s(H100, scene, paths, 1) for paths in (1 << 16, 1 << 20, 1 << 23, 1 << 25)]
             self.assertEqual(rates, sorted(rates))
-            self.assertLess(rates[-1], 1e-6 * model.Model(H100, scene, "bvh2", 1).full())
+            self.assertLess(rates[-1], 1e-6 * model.Model(H100, scene, "bvh2", 1).full_paths_per_s())
         made = model.Model(H100, "cornell_spheres", "bvh2", 1)
         seconds = made.kernel_s("shade_transmissive", 1e6, 1, 1e6)
         made.rows["shade_transmissive"] = {**made.rows["shade_transmissive"], "nv_registers": "64"}
@@ -53,8 +53,8 @@ class ModelOfGpus(unittest.TestCase):
 
     def test_larger_units_are_worth_more_than_kernels_of_twice_the_speed(self):
         for end in range(3):
-            gain = model.mpaths(H100, "cornell", 1 << 23, end) / model.mpaths(H100, "cornell", 1 << 20, end)
-            self.assertGreater(gain, 1 / (1 - 0.5 * 0.01 * model.in_kernels(H100, "cornell", 1 << 20, end)))
+            gain = model.megapaths_per_s(H100, "cornell", 1 << 23, end) / model.megapaths_per_s(H100, "cornell", 1 << 20, end)
+            self.assertGreater(gain, 1 / (1 - 0.5 * 0.01 * model.percent_in_kernels(H100, "cornell", 1 << 20, end)))
 
     def test_the_middle_of_all_assumptions_is_near_what_was_measured(self):
         for line in model.MEASURED.read_text().splitlines():
@@ -62,7 +62,7 @@ class ModelOfGpus(unittest.TestCase):
             if kernel != "all":
                 continue
             made = model.Model(next(g for g in model.GPUS if g.name == gpu), scene, "bvh2", 1)
-            predicted = int(units) * made.unit(int(paths) / int(units), model.MEASURED_SAMPLES)[0]
+            predicted = int(units) * made.unit_times(int(paths) / int(units), model.MEASURED_SAMPLES)[0]
             # The counts of cornell_spheres end after 30 depths, of which a unit has 100.
             self.assertLess(abs(1e-3 * float(ms) / predicted - 1), 0.45 if scene == "cornell_spheres" else 0.1, scene)
 

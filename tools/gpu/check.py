@@ -38,28 +38,39 @@ PROGRAMS = [
     ("lamps", "lamps", "--aov albedo,normal,depth,position,uv,direct,indirect,light_groups", "nvidia amd intel"),
 ]
 # A scene has `shade`, or, with surfaces of several classes, one for each class.
-KERNELS = ["generate", "intersect", "miss", "shade", "sort_hits", "shade_flat_lambert", "shade_opaque", "shade_transmissive", "compact", "shadow", "film"]
+KERNELS = ["generate", "intersect", "miss", "shade", "sort_hits", "shade_flat_lambert", "shade_opaque", "shade_transmissive",
+           "compact", "shadow", "film"]
 
-# Of an SM: warps, blocks of a launch [CUDA C++ Programming Guide, compute capability 9.0].
-ARCHITECTURE, WARPS, BLOCKS, GROUP_WARPS = "sm_90", 64, 32, 2
+# An SM of compute capability 9.0 holds at most so many warps and blocks, and has a file of registers of 32 bits for each of
+# its four schedulers, from which a warp gets registers in units [CUDA C++ Programming Guide].
+ARCHITECTURE, WARPS, BLOCKS = "sm_90", 64, 32
+SCHEDULERS, LANES, SCHEDULER_REGISTERS, REGISTER_UNIT = 4, 32, 16384, 256
+GROUP_WARPS = 2  # eikon's kernels run in groups of 64 work-items
+CODE_ROOM = 30   # code may grow by one part in so many, so that small changes need no new bounds
+MOST_MESSAGE = 1500  # characters of what a compiler says that stand in a complaint; the first error is at its begin
 AMD, INTEL = "gfx1100", "dg2"
 
 # (column, heading, whether a larger figure is the better one). `bounds.tsv` has the same columns.
-FIGURES = [("nv_registers", "regs", False), ("nv_frame", "frame", False), ("nv_spill", "spill", False), ("nv_bytes", "bytes", False),
-           ("amd_registers", "VGPRs", False), ("amd_scratch", "scratch", False), ("amd_spill", "spill", False),
+FIGURES = [("nv_registers", "regs", False), ("nv_frame", "frame", False), ("nv_spill", "spill", False),
+           ("nv_bytes", "bytes", False), ("amd_registers", "VGPRs", False), ("amd_scratch", "scratch", False),
+           ("amd_spill", "spill", False),
            ("intel_lanes", "SIMD", True), ("intel_bytes", "bytes", False)]
 
 
 class Compilers:
+    """Runs the compilers that fetch_compilers.sh has put into a folder."""
+
     def __init__(self, folder):
         self.root = folder / "root"
         libraries = [self.root / "usr/lib/llvm-19/lib", self.root / "usr/lib/x86_64-linux-gnu"]
         self.environment = {**os.environ, "LD_LIBRARY_PATH": ":".join(map(str, libraries))}
-        self.clang = [self.root / "usr/lib/llvm-19/bin/clang", "-x", "cl", "-O3", "-nogpulib", "-Xclang", "-finclude-default-header"]
+        self.clang = [self.root / "usr/lib/llvm-19/bin/clang", "-x", "cl", "-O3", "-nogpulib", "-Xclang",
+                      "-finclude-default-header"]
         self.ocloc = self.root / "usr/bin/ocloc"
         self.ptxas = folder / "nvidia/cuda_nvcc/bin/ptxas"
 
     def library(self, name):
+        """Returns the flags by which Clang links a library of OpenCL's builtins."""
         return ["-Xclang", "-mlink-builtin-bitcode", "-Xclang", self.root / "usr/lib/clc" / name]
 
     def run(self, command, folder=None):
@@ -67,29 +78,33 @@ class Compilers:
         done = child_process.run(command, env=self.environment, cwd=folder)
         text = done.stdout + done.stderr
         if done.exit_code != 0:
-            raise RuntimeError(f"{pathlib.Path(command[0]).name} fails: {text.strip()[:1500]}")
+            raise RuntimeError(f"{pathlib.Path(command[0]).name} fails: {text.strip()[:MOST_MESSAGE]}")
         return text, done.processor_s
 
 
-def sections(path):
-    """{name: content} of an ELF file of 64 bits."""
+def elf_sections(path):
+    """Returns {name: content} of the sections of an ELF file of 64 bits."""
     data = path.read_bytes()
-    offset, = struct.unpack_from("<Q", data, 40)
-    size, count, names = struct.unpack_from("<HHH", data, 58)
-    heads = [struct.unpack_from("<IIQQQQIIQQ", data, offset + i * size) for i in range(count)]
-    base = heads[names][4]
-    return {data[base + h[0]:data.index(b"\0", base + h[0])].decode(): data[h[4]:h[4] + h[5]] for h in heads}
+    table_at, = struct.unpack_from("<Q", data, 40)  # e_shoff
+    header_bytes, count, names_index = struct.unpack_from("<HHH", data, 58)  # e_shentsize, e_shnum, e_shstrndx
+    headers = [struct.unpack_from("<IIQQQQIIQQ", data, table_at + i * header_bytes) for i in range(count)]
+    names_at = headers[names_index][4]
+    sections = {}
+    for name_at, _, _, _, offset, size, *_ in headers:
+        begin = names_at + name_at
+        sections[data[begin:data.index(b"\0", begin)].decode()] = data[offset:offset + size]
+    return sections
 
 
 def occupancy(registers):
-    """Warps of an SM, of groups of 64 work-items."""
-    per_warp = math.ceil(max(registers, 16) * 32 / 256) * 256
-    by_registers = 4 * (16384 // per_warp)
+    """Returns how many warps an SM holds of a kernel that has so many registers in each work-item."""
+    of_a_warp = math.ceil(max(registers, 1) * LANES / REGISTER_UNIT) * REGISTER_UNIT
+    by_registers = SCHEDULERS * (SCHEDULER_REGISTERS // of_a_warp)
     return min(WARPS, min(BLOCKS, by_registers // GROUP_WARPS) * GROUP_WARPS)
 
 
-# Each returns ({kernel: {column: figure}}, seconds). source, options: of the program; base: where
-# files of results go
+# Each of these three compiles a program and returns ({kernel: {column: figure}}, seconds). source and options are those of the
+# program, base is the begin of the names of its results.
 
 def nvidia(compilers, source, options, base):
     ptx, cubin = f"{base}.ptx", pathlib.Path(f"{base}.cubin")
@@ -97,22 +112,23 @@ def nvidia(compilers, source, options, base):
                               "-Xclang", "-target-feature", "-Xclang", "+ptx78", "-S", *compilers.library("nvptx64--nvidiacl.bc"),
                               *options, source, "-o", ptx])
     log, second = compilers.run([compilers.ptxas, "-v", "-O3", f"-arch={ARCHITECTURE}", ptx, "-o", cubin])
-    code, found = sections(cubin), {}
+    code, found = elf_sections(cubin), {}
     for kernel, body in re.findall(r"Compiling entry function '(\w+)' for '\w+'\n(.*?)(?=ptxas info\s+: Compiling|\Z)", log, re.S):
         frame, spilled = map(int, re.search(r"(\d+) bytes stack frame, (\d+) bytes spill stores", body).groups())
         registers = int(re.search(r"Used (\d+) registers", body).group(1))
-        found[kernel] = {"nv_registers": registers, "nv_frame": frame, "nv_spill": spilled, "nv_bytes": len(code[f".text.{kernel}"]),
-                         "warps": occupancy(registers)}
+        found[kernel] = {"nv_registers": registers, "nv_frame": frame, "nv_spill": spilled,
+                         "nv_bytes": len(code[f".text.{kernel}"]), "warps": occupancy(registers)}
     return found, first + second
 
 
 def amd(compilers, source, options, base):
     log, seconds = compilers.run([*compilers.clang, "--target=amdgcn-amd-amdhsa", f"-mcpu={AMD}", "-S",
-                                  "-Rpass-analysis=kernel-resource-usage", *compilers.library("amdgcn--amdhsa.bc"), *options, source,
-                                  "-o", f"{base}.s"])
+                                  "-Rpass-analysis=kernel-resource-usage", *compilers.library("amdgcn--amdhsa.bc"), *options,
+                                  source, "-o", f"{base}.s"])
     found = {}
     for kernel, body in re.findall(r"Function Name: (\w+)(.*?)(?=Function Name|\Z)", log, re.S):
-        number = {name.strip(): int(value) for name, value in re.findall(r"remark:[^\n]*?([A-Z][\w ]*)(?:\[[^\]]*\])?: (\d+)", body)}
+        remarks = re.findall(r"remark:[^\n]*?([A-Z][\w ]*)(?:\[[^\]]*\])?: (\d+)", body)
+        number = {name.strip(): int(value) for name, value in remarks}
         found[kernel] = {"amd_registers": number["VGPRs"], "amd_scratch": number["ScratchSize"], "amd_spill": number["VGPRs Spill"],
                          "waves": number["Occupancy"]}
     return found, seconds
@@ -123,7 +139,7 @@ def intel(compilers, source, options, base):
     folder.mkdir()
     _, seconds = compilers.run([compilers.ocloc, "compile", "-file", source, "-device", INTEL, "--format", "zebin",
                                 "-options", " ".join(options)], folder)
-    parts = sections(next(folder.glob("*.bin")))
+    parts = elf_sections(next(folder.glob("*.bin")))
     found = {}
     for kernel in re.split(r"\n  - name: +", parts[".ze_info"].decode(errors="replace").split("kernels_misc_info")[0])[1:]:
         name = kernel.split("\n")[0].strip()
@@ -133,26 +149,28 @@ def intel(compilers, source, options, base):
 
 
 def dump(eikon, scene, options, folder, division):
-    """(source, options) of the program that a GPU would get for a scene. division: as in EIKON_DIVISION"""
+    """Returns (source, options) of the program that a GPU would get for a scene. division: as in EIKON_DIVISION"""
     folder.mkdir()
     environment = {**os.environ, "EIKON_LANES": "1", "EIKON_FAULT": "device:0:gpu", "EIKON_DUMP_PROGRAMS": str(folder),
                    "EIKON_DIVISION": division}
-    subprocess.run([eikon, "render", ROOT / f"scenes/{scene}.gltf", "-o", folder / "out.exr", "--size", "8x8", "--spp", "1", "--quiet",
-                    *options.split()], env=environment, check=True, stdout=subprocess.DEVNULL)
+    subprocess.run([eikon, "render", ROOT / f"scenes/{scene}.gltf", "-o", folder / "out.exr", "--size", "8x8", "--spp", "1",
+                    "--quiet", *options.split()], env=environment, check=True, stdout=subprocess.DEVNULL)
     source = next(f for f in sorted(folder.glob("*.cl")) if "kernel void compact(" in f.read_text())
     return source, source.with_suffix(".options").read_text().split()
 
 
 def measure(eikon, compilers, makers, folder):
-    """({(program, kernel): {column: figure}}, {(program, maker): seconds}, complaints)"""
+    """Compiles all PROGRAMS; returns ({(program, kernel): {column: figure}}, {(program, maker): seconds}, complaints)."""
     figures, seconds, complaints = {}, {}, []
     with concurrent.futures.ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
         wanted = [(n, name, maker, "own" if maker is intel else "driver") for n, (name, _, _, those) in enumerate(PROGRAMS)
                   for maker in makers if maker.__name__ in those]
         dumped = {(n, division): pool.submit(dump, eikon, *PROGRAMS[n][1:3], folder / f"{n}.{division}", division)
                   for n, division in {(n, division) for n, _, _, division in wanted}}
-        jobs = {pool.submit(maker, compilers, *dumped[n, division].result(), str(folder / f"{n}.{maker.__name__}")): (name, maker.__name__)
-                for n, name, maker, division in wanted}
+        jobs = {}
+        for n, name, maker, division in wanted:
+            base = str(folder / f"{n}.{maker.__name__}")
+            jobs[pool.submit(maker, compilers, *dumped[n, division].result(), base)] = name, maker.__name__
         for job, (name, maker) in jobs.items():
             try:
                 found, seconds[name, maker] = job.result()
@@ -166,9 +184,10 @@ def measure(eikon, compilers, makers, folder):
 
 
 def print_table(figures, seconds):
+    """Prints what measure() returns."""
     columns = [name for name, _, _ in FIGURES]
-    columns.insert(4, "warps")
-    columns.insert(8, "waves")
+    columns.insert(columns.index("nv_bytes") + 1, "warps")
+    columns.insert(columns.index("amd_spill") + 1, "waves")
     print(f"{'':<26}{f'NVIDIA {ARCHITECTURE}':<38}{f'AMD {AMD}':<32}Intel {INTEL}")
     headings = {**{name: heading for name, heading, _ in FIGURES}, "warps": "warps", "waves": "waves"}
     print(f"{'program, kernel':<26}" + "".join(f"{headings[c]:>8}" for c in columns))
@@ -179,11 +198,13 @@ def print_table(figures, seconds):
 
 
 def read_bounds():
+    """Returns {(program, kernel): {column: text of a number, or "-"}} of bounds.tsv."""
     lines = [line.split("\t") for line in BOUNDS.read_text().splitlines() if line and not line.startswith("#")]
     return {(row[0], row[1]): dict(zip(lines[0][2:], row[2:])) for row in lines[1:]}
 
 
-def breaches(figures):
+def bound_breaches(figures):
+    """Returns a line for each figure beyond its bound, and for each kernel that has none."""
     found = []
     bounds = read_bounds()
     for key, row in figures.items():
@@ -198,12 +219,13 @@ def breaches(figures):
     return found
 
 
-def adopt(figures):
-    """Registers, frames and spills are bounds as they are; code may grow by a thirtieth."""
-    heads = [line for line in BOUNDS.read_text().splitlines() if line.startswith("#")] if BOUNDS.exists() else []
-    lines = [*heads, "\t".join(["program", "kernel", *(name for name, _, _ in FIGURES)])]
+def write_bounds(figures):
+    """Writes bounds.tsv. Registers, frames and spills are bounds as they are; code may grow as CODE_ROOM says."""
+    comments = [line for line in BOUNDS.read_text().splitlines() if line.startswith("#")] if BOUNDS.exists() else []
+    lines = [*comments, "\t".join(["program", "kernel", *(name for name, _, _ in FIGURES)])]
     for (program, kernel), row in figures.items():
-        room = {name: row[name] + row[name] // 30 if name.endswith("_bytes") else row[name] for name, _, _ in FIGURES if name in row}
+        room = {name: row[name] + row[name] // CODE_ROOM if name.endswith("_bytes") else row[name]
+                for name, _, _ in FIGURES if name in row}
         lines.append("\t".join([program, kernel, *(str(room.get(name, "-")) for name, _, _ in FIGURES)]))
     BOUNDS.write_text("\n".join(lines) + "\n")
 
@@ -223,8 +245,8 @@ def main():
         figures, seconds, complaints = measure(arguments.eikon, Compilers(arguments.folder.resolve()), makers, pathlib.Path(name))
     print_table(figures, seconds)
     if arguments.adopt and not complaints:
-        adopt(figures)
-    complaints += breaches(figures)
+        write_bounds(figures)
+    complaints += bound_breaches(figures)
     print(*complaints, sep="\n")
     print(f"{len(figures)} kernels, {len(complaints)} above their bounds")
     if fetched == 3 and not complaints:

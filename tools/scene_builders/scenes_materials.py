@@ -10,7 +10,7 @@ from .gltf_writer import GltfWriter
 from .scene_shapes import box, inside_out, join, look_at, quad, sphere
 from .scenes_lambert import BLACK, cornell_camera, cornell_walls, room_with_window
 
-GOLD, SILVER, COPPER = (1.0, 0.77, 0.34), (0.97, 0.96, 0.92), (0.96, 0.64, 0.54)
+GOLD, SILVER = (1.0, 0.77, 0.34), (0.97, 0.96, 0.92)
 
 
 def solid(ior, color=None, distance_m=None):
