@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""eikon-farm on a real Slurm of two one-core nodes on this machine (cluster.py).
+"""eikon-farm on a real Slurm of two one-core nodes on this machine (tools/common/slurm_cluster.py).
 
   tests/farm/farm_test.py EIKON [unittest's words]
 
@@ -21,10 +21,11 @@ import time
 import unittest
 import unittest.mock
 
-import cluster
-
 sys.dont_write_bytecode = True
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools"))
+from common import slurm_cluster  # noqa: E402
+
 COMMAND = ROOT / "tools/eikon-farm"
 CORNELL = ROOT / "scenes/cornell.gltf"
 
@@ -36,7 +37,7 @@ def setUpModule():
     space = pathlib.Path(tempfile.mkdtemp(prefix="eikon_farm_"))
     (space / "hidden").mkdir()
     can_mount = subprocess.run(["unshare", "--mount", "true"], capture_output=True, check=False).returncode == 0
-    slurm = cluster.Cluster(space / "hidden" if can_mount else None)
+    slurm = slurm_cluster.Cluster(space / "hidden" if can_mount else None)
     atexit.register(shutil.rmtree, space, ignore_errors=True)  # an interrupted test does no cleanup of its own
     unittest.addModuleCleanup(slurm.stop)
     slurm.__enter__()
@@ -73,7 +74,7 @@ def queue(name):
 
 def wait(name, seconds=120):
     """Until Slurm has nothing of a farm in its queue any more."""
-    cluster.wait_until(lambda: not queue(name), seconds, f"the end of {name}")
+    slurm_cluster.wait_until(lambda: not queue(name), seconds, f"the end of {name}")
 
 
 def ledger(name):
@@ -112,7 +113,7 @@ class FarmTest(unittest.TestCase):
                     if words[1:3] == ["batch", "-"] and any(f"/{name}/tasks/" in word for word in words):
                         return int(entry.name)
             return None
-        return cluster.wait_until(find, 30, "a process that renders")
+        return slurm_cluster.wait_until(find, 30, "a process that renders")
 
     def program(self, name, condition, command):
         """A script that is eikon, but first runs a command where a condition holds."""
@@ -200,10 +201,11 @@ class C_Whole(FarmTest):
                                    "--checkpoint-every", 0.02, "--exclude", "n1", program=slow)
         self.assertEqual(code, 0, said + wrong)
         process = self.process("eight")
-        cluster.wait_until(lambda: list((space / "eight/checkpoints").glob("*.exr")), 30, "a checkpoint")
+        slurm_cluster.wait_until(lambda: list((space / "eight/checkpoints").glob("*.exr")), 30, "a checkpoint")
         switch.unlink()
         os.kill(process, signal.SIGKILL)
-        cluster.wait_until(lambda: "137" in "".join(f.read_text() for f in (space / "eight/logs").glob("r0*")), 20, "the kill")
+        slurm_cluster.wait_until(lambda: "137" in "".join(file.read_text() for file in (space / "eight/logs").glob("r0*")),
+                                 20, "the kill")
         code, said, _ = farm("status", space / "eight")
         self.assertRegex(said, r"8 parts: \d done, \d running")
         wait("eight")
@@ -230,7 +232,7 @@ class C_Whole(FarmTest):
         code, said, wrong = submit("frames", space / "frames.txt", "--parts", 1, "--lines", 2, "--exclude", "n1",
                                    "--checkpoint-every", 0.03, program=slow)
         self.assertEqual(code, 0, said + wrong)
-        cluster.wait_until(lambda: len(done_entries("frames")) >= 3, 60, "three frames")
+        slurm_cluster.wait_until(lambda: len(done_entries("frames")) >= 3, 60, "three frames")
         self.assertEqual(farm("cancel", space / "frames")[0], 0)
         switch.unlink()
         wait("frames", 20)
@@ -263,7 +265,7 @@ class C_Whole(FarmTest):
                                    program=slow)
         self.assertEqual(code, 0, said + wrong)
         self.process("half")
-        cluster.wait_until(lambda: ledger("half"), 20, "the start of a part")
+        slurm_cluster.wait_until(lambda: ledger("half"), 20, "the start of a part")
         time.sleep(1)
         self.assertEqual(farm("cancel", space / "half")[0], 0)
         switch.unlink()
@@ -435,7 +437,7 @@ class F_FullDisk(FarmTest):
 
 
 if __name__ == "__main__":
-    if why := cluster.missing():
+    if why := slurm_cluster.missing():
         print(why)
         sys.exit(77)
     eikon = str(pathlib.Path(sys.argv.pop(1)).resolve())

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """How much faster two one-core nodes are than one, with submission and merge, and what a task costs beside its rendering:
-on the cluster that the tests of the farm start on this machine.
+on a small Slurm cluster that it starts on this machine.
 
   tools/measure/farm_speed.py [--eikon FILE] [--rounds N] [--spp N] [--size WxH] [flags of submit]
 
@@ -21,17 +21,15 @@ import time
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.dont_write_bytecode = True
 sys.path.append(str(ROOT / "tools"))
+from common import slurm_cluster  # noqa: E402
 from common.child_process import run_or_exit  # noqa: E402
 from common.eikon_flag import add_eikon_flag  # noqa: E402
-
-sys.path.insert(0, str(ROOT / "tests/farm"))
-import cluster as test_cluster  # noqa: E402
 
 PHASES = ("submit", "slurm", "prepare", "render", "merge")
 
 
 def stamps(log):
-    """{word: (moment, processor seconds until then)} of a task's log."""
+    """Returns {word: (moment, processor seconds until then)} of a task's log."""
     found = {}
     for moment, word, rest in re.findall(r"^== at (\S+) (ready|rendered|merged);.*\n((?:\S+ \S+\n){2})", log, re.MULTILINE):
         found[word] = float(moment), sum(60 * float(m) + float(s) for m, s in re.findall(r"(\d+)m([\d.]+)s", rest))
@@ -41,14 +39,15 @@ def stamps(log):
 
 
 def phases_of(tasks, submitted, image_at):
-    """(seconds of the clock, of the processor) of each phase after submit: of the task that was rendered last, and of the
+    """Returns two of {phase: seconds} after submit: by the clock, of the task that was rendered last, and of the processor, of the
     node that had most to do."""
     last = max(tasks, key=lambda task: task["rendered"][0])
     merger = next((task for task in tasks if task.get("merged", (0, 0))[0] >= image_at), last)
     nodes = [[task for task in tasks if task["node"] == node] for node in {task["node"] for task in tasks}]
     busiest = max(nodes, key=lambda own: sum(task["rendered"][1] for task in own))
-    wall = {"slurm": min(task["begin"][0] for task in tasks) - submitted, "prepare": min(task["ready"][0] for task in tasks) - min(task["begin"][0] for task in tasks),
-            "render": last["rendered"][0] - min(task["ready"][0] for task in tasks), "merge": max(0.0, image_at - last["rendered"][0])}
+    begun_at, ready_at = (min(task[word][0] for task in tasks) for word in ("begin", "ready"))
+    wall = {"slurm": begun_at - submitted, "prepare": ready_at - begun_at, "render": last["rendered"][0] - ready_at,
+            "merge": max(0.0, image_at - last["rendered"][0])}
     cpu = {"slurm": wall["slurm"], "prepare": sum(task["ready"][1] for task in busiest),
            "render": sum(task["rendered"][1] - task["ready"][1] for task in busiest),
            "merge": merger["merged"][1] - merger["rendered"][1] if "merged" in merger else 0.0}
@@ -56,15 +55,16 @@ def phases_of(tasks, submitted, image_at):
 
 
 def one_run(cluster, folder, options, words):
-    """({phase: seconds of the clock}, {phase: seconds of the processor}, processor seconds of each task beside rendering)"""
+    """Renders once; returns ({phase: seconds of the clock}, {phase: seconds of the processor}, [processor seconds of each task
+    beside rendering], number of tasks)."""
     image = folder / "room.exr"
     submit = run_or_exit(ROOT / "tools/eikon-farm", "submit", ROOT / "scenes/window_room.gltf", "-o", image, "--size", options.size,
                          "--spp", options.spp, "--eikon", options.eikon, "--folder", folder / "farm", *words, *options.words,
                          env=cluster.environment)
     submitted = time.time()
-    test_cluster.wait_until(lambda: image.exists() or not cluster.run("squeue", "-h"), 1800, "the image")
+    slurm_cluster.wait_until(lambda: image.exists() or not cluster.run("squeue", "-h"), 1800, "the image")
     image_at = image.stat().st_mtime
-    test_cluster.wait_until(lambda: not cluster.run("squeue", "-h"), 60, "an empty queue")
+    slurm_cluster.wait_until(lambda: not cluster.run("squeue", "-h"), 60, "an empty queue")
     tasks, beside = [], []
     for file in sorted((folder / "farm/tasks").glob("*.ledger")):
         done = [entry for entry in map(json.loads, file.read_text().splitlines()) if entry["state"] == "done"]
@@ -90,7 +90,7 @@ def main():
     parser.add_argument("--size", default="1280x720")
     options, options.words = parser.parse_known_args()
     totals = {(nodes, kind): [] for nodes in (1, 2) for kind in ("clock", "processor")}
-    with test_cluster.Cluster() as cluster, tempfile.TemporaryDirectory() as space:
+    with slurm_cluster.Cluster() as cluster, tempfile.TemporaryDirectory() as space:
         cluster.environment["EIKON_NODE_CACHE"] = f"{space}/kernels"
         spp, options.spp = options.spp, 1
         for number in range(-1, options.rounds):  # the first round compiles, and does not count

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A Slurm cluster of two one-core nodes on this machine, for tests, and a third one in a partition that nobody asks for: its
-own key, configuration, ports and state in a temporary folder, and daemons that end with the test, whatever becomes of it.
+"""Starts a Slurm cluster of two one-core nodes on this machine, for tests and measurements, and a third node in a partition that
+nobody asks for. It has its own key, configuration, ports and state in a temporary folder, and daemons that end with the process
+that started them, whatever becomes of it.
 
     with Cluster() as cluster:
         subprocess.run(["sbatch", ...], env=cluster.environment)
@@ -51,7 +52,7 @@ PartitionName=work Nodes=n1,n2 Default=YES State=UP
 
 
 def missing():
-    """Why no cluster can be started here, or nothing."""
+    """Returns a line that says why no cluster can be started here, or None."""
     path = os.pathsep.join([os.environ.get("PATH", ""), "/usr/sbin", "/sbin"])
     absent = [name for name in PROGRAMS if not shutil.which(name, path=path)]
     if absent:
@@ -62,7 +63,7 @@ def missing():
 
 
 def free_ports(count):
-    """Ports that nothing listens on."""
+    """Returns numbers of ports that nothing listens on."""
     sockets = [socket.socket() for _ in range(count)]
     for one in sockets:
         one.bind(("127.0.0.1", 0))
@@ -73,7 +74,7 @@ def free_ports(count):
 
 
 def wait_until(condition, seconds, what):
-    """Returns the first true result of the condition; fails after so many seconds."""
+    """Returns the first true result of the condition; raises TimeoutError after so many seconds."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         if result := condition():
@@ -83,7 +84,7 @@ def wait_until(condition, seconds, what):
 
 
 def end_with_parent():
-    """Lets the kernel end a daemon when the test is gone: ctest kills one that takes too long by SIGKILL."""
+    """Lets the kernel end a daemon when its parent is gone: ctest kills a test that takes too long by SIGKILL."""
     PR_SET_PDEATHSIG = 1
     LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
 
@@ -142,7 +143,7 @@ class Cluster:
         wait_until(lambda: self.run("sinfo", "-h", "-N", "-o", "%t").split() == ["idle"] * 3, 40, "idle nodes")
 
     def run(self, *command):
-        """What a command prints on stdout; it may fail."""
+        """Runs a command in the cluster's environment and returns what it prints on stdout; it may fail."""
         return subprocess.run(command, env=self.environment, capture_output=True, text=True, check=False).stdout
 
     def stop(self):
