@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What each feature costs per sample: renders the same geometry with one feature off and on, interleaved, and prints a
+"""Measures what each feature costs per sample: renders the same geometry with one feature off and on, interleaved, and prints a
 Markdown table (kernels/FEATURES.md holds one). Best of --rounds renders each; only on a machine with nothing else to do, or with
 --cpu: this takes the processor time of --spp samples less that of a sixteenth of them, which other work disturbs less.
 

@@ -185,7 +185,7 @@ def exceptions():
 
 
 def size_breaches():
-    """What exceeds its limit, or the number that the file of exceptions allows it; and exceptions that are of no use."""
+    """Yields what exceeds its limit, or the number that the file of exceptions allows it; and exceptions that are of no use."""
     allowed, needed = exceptions(), set()
     for kind, place, number in measured():
         if number <= LIMITS[kind]:

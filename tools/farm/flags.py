@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What flags may say: numbers in their range, and words that begin with dashes. A wrong one ends the command with a line."""
+"""Checks what flags say: numbers in their range, and words that begin with dashes. A wrong one ends the command with a line."""
 import argparse
 import math
 import re

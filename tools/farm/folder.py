@@ -116,7 +116,7 @@ class Farm:
         return Item(job, jobs.quote(["render", *words]), output, checkpoint, share)
 
     def seconds(self, item):
-        """How long an item renders, by the measured run."""
+        """Returns the seconds that an item renders, by the measured run."""
         return self.measured.seconds(item.job) * item.share
 
     def list_items(self):
@@ -144,7 +144,7 @@ class Farm:
         return last
 
     def is_done(self, item, entry):
-        """Whether the output of an item is there, made from what its inputs and settings are now."""
+        """Tells whether the output of an item is there, made from what its inputs and settings are now."""
         if entry is None or entry["state"] != "done" or (item.key is not None and entry["key"] != item.key):
             return False
         try:
@@ -257,7 +257,7 @@ def choose_parts(farm, asked, nodes):
 
 
 def group(farm, items):
-    """Which items share a task, as lists of numbers."""
+    """Returns lists of indices of the items that share a task."""
     lines = farm.settings["lines"]
     if lines:
         return [list(range(at, min(at + lines, len(items)))) for at in range(0, len(items), lines)]

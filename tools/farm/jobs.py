@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is to be rendered. `eikon batch --list` reads the jobs, so that a line means the same here as in a batch, and
-gives each the key of the ledger."""
+"""Reads and measures what is to be rendered. `eikon batch --list` reads the jobs, so that a line means the same here as in a
+batch, and gives each the key of the ledger."""
 import dataclasses
 import json
 import math
@@ -48,7 +48,7 @@ class Job:
 
     @property
     def pixels(self):
-        """How many pixels it has, or is thought to have."""
+        """The number of pixels that it has, or is thought to have."""
         width, height = self.size or NEVER_SIZED
         return width * height
 
@@ -67,7 +67,8 @@ def find_eikon(name):
 
 
 def list_lines(eikon, text, folder):
-    """What `eikon batch --list` says of each line of a text, in their order. Paths are relative to the folder."""
+    """Returns what `eikon batch --list` says of each line of a text, in their order, as dictionaries. Paths are relative to the
+    folder. Raises errors.FarmError with eikon's message if it reads none."""
     run = subprocess.run([eikon, "batch", "-", "--list"], input=text, cwd=folder, capture_output=True, text=True,
                          check=False)
     if run.returncode not in (0, 1) or (run.returncode == 1 and not run.stdout):
@@ -120,7 +121,8 @@ class Measured:
     size: list
 
     def seconds(self, job):
-        """Of rendering all of a job. Images of other scenes are taken to be as fast, for want of a better guess."""
+        """Returns the seconds of rendering all of a job. Images of other scenes are taken to be as fast, for want of a better
+        guess."""
         return job.sample_count / self.samples_per_second
 
 
@@ -144,7 +146,7 @@ def smaller(job):
 
 
 def measured_of(said, wall_s, peak_mb, part_bytes, job):
-    """What a run says of the whole picture. said: its --stats"""
+    """Returns what a run says of the whole picture, as Measured. said: its --stats"""
     took, size, pilot = said["seconds"], said["size"], said["pilot"] or {"seconds": 0.0, "paths": 0}
     pixels = size[0] * size[1]
     whole = job.size or size

@@ -10,7 +10,8 @@ from . import errors
 
 
 def began(process):
-    """When a process of this machine began, where the system says it; its number may be that of a later process by now."""
+    """Returns when a process of this machine began, as text, or "-" where the system does not say it. Its number may be that
+    of a later process by now."""
     try:
         return pathlib.Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[19]
     except (OSError, IndexError):
@@ -18,7 +19,7 @@ def began(process):
 
 
 def is_gone(holder):
-    """Whether the process that a lock names was one of this machine, and has ended."""
+    """Tells whether the process that a lock names was one of this machine, and has ended."""
     try:
         host, process, since = holder.split()
         if host != socket.gethostname():

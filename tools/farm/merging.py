@@ -57,7 +57,7 @@ def text_of(farm, job, merges, level, number):
 
 
 def is_written(farm, job):
-    """Whether all that a job in parts writes is there as the last merge, as it is now, has left it, and not before a part."""
+    """Tells whether all that a job in parts writes is there as the last merge, as it is now, has left it, and no part is newer."""
     merges, mark = tree(farm, job), scripts.done_mark(farm, job, job.output)
     try:
         sizes = [f"{os.path.getsize(os.path.join(farm.base, name))} {name}" for name in scripts.results_of_merge(job, job.output)]
@@ -105,7 +105,7 @@ def preview(farm, job, output, png, extra=()):
 
 
 def newer(farm, merged, name):
-    """Whether a merged file was written after one that went into it, or that one is gone."""
+    """Tells whether a merged file was written after one that went into it, or that one is gone."""
     try:
         return os.path.getmtime(os.path.join(farm.base, merged)) >= os.path.getmtime(os.path.join(farm.base, name))
     except OSError:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How large parts are, how they are merged, and what is tried again. The one place for these decisions: submitting, the
+"""Decides how large parts are, how they are merged, and what is tried again. These decisions stand here alone: submitting, the
 scripts on the nodes and the simulation all ask here. Plain numbers in, plain numbers out; no files and no clock."""
 import math
 
@@ -83,7 +83,7 @@ def divide(begin, end, parts):
 
 
 def group(seconds, startup_s, nodes):
-    """Which lines share a task, as lists of numbers: in their order, until a task has enough to do. seconds: of each."""
+    """Returns lists of indices of the lines that share a task: in their order, until a task has enough to do. seconds: of each."""
     enough = max(least_task_seconds(startup_s), 0)
     # Where there is plenty, tasks are longer than they must be, so that there are not too many of
     # them. Beyond ten times that, start-up takes a hundredth of a task, and longer ones gain little.
@@ -100,12 +100,12 @@ def group(seconds, startup_s, nodes):
 
 
 def attempts(code):
-    """How often a task is run on its node before it counts as failed, if eikon ended with this exit code."""
+    """Returns how often a task is run on its node before it counts as failed, if eikon ended with this exit code."""
     return ATTEMPTS.get(code, ATTEMPTS_OTHER)
 
 
 def after(code, tries):
-    """What becomes of a task after so many tries, the last of which ended with this exit code: done, again or failed."""
+    """Returns what becomes of a task after so many tries, the last of which ended with this exit code: done, again or failed."""
     if code == 0:
         return "done"
     return "again" if tries < attempts(code) else "failed"
@@ -117,7 +117,8 @@ def limit_minutes(task_s):
 
 
 def warn_after_s(limit_minutes, before_s):
-    """How long after its start a task is to save, so that it has so many seconds until its limit; half of its time at least."""
+    """Returns the seconds after its start at which a task is to save, so that it has so many seconds until its limit; half of its
+    time at least."""
     return max(60 * limit_minutes - before_s, 30 * limit_minutes)
 
 

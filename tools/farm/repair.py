@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What `resubmit` does about parts and merged files that stand in the way of a merge."""
+"""Does what `resubmit` needs about parts and merged files that stand in the way of a merge."""
 import pathlib
 import subprocess
 
@@ -7,7 +7,7 @@ from . import errors, merging, scripts, status
 
 
 def is_whole(farm, name):
-    """Whether a part can be read: eikon compares its sums with the hash that the file has of them."""
+    """Tells whether a part can be read: eikon compares its sums with the hash that the file has of them."""
     words = [farm.settings["eikon"], "merge", "--quiet", name, "-o", "-"]
     done = subprocess.run(words, cwd=farm.base, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
     return done.returncode != errors.INPUT

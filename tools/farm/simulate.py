@@ -16,7 +16,7 @@ MOST_EVENTS_EACH, LEAST_MOST_EVENTS = 20, 200_000
 
 @dataclasses.dataclass
 class Work:
-    """What is to be rendered, as a measured run says. Seconds are those of a node of speed 1."""
+    """The images to be rendered, as a measured run describes them. Seconds are those of a node of speed 1."""
     images_s: list  # seconds of rendering, for each image
     samples: int  # per pixel, of each image: no more parts than that
     startup_s: float
@@ -42,7 +42,7 @@ class Cluster:
 
 @dataclasses.dataclass
 class Outcome:
-    """What a simulated submission took."""
+    """The times and numbers of a simulated submission."""
     seconds: float = 0.0
     parts: int = 0
     tasks: int = 0
@@ -56,11 +56,11 @@ class Outcome:
     merge_s: float = 0.0  # from the last part to the last picture
 
     def is_done(self):
-        """Whether every image was written: one of which a part is missing is not."""
+        """Tells whether every image was written: one of which a part is missing is not."""
         return not self.failed and not self.unfinished
 
     def limit(self, nodes):
-        """What keeps the cluster from being faster, in a word."""
+        """Returns what keeps the cluster from being faster, in a word."""
         if self.failed:
             return f"{self.failed} of {self.parts} parts failed"
         if self.unfinished:
@@ -89,7 +89,7 @@ class Disk:
         self.mb_per_s, self.free_at = mb_per_s, 0.0
 
     def transfer(self, now, megabytes):
-        """When so much is written or read."""
+        """Moves so much, and returns when it is written or read."""
         self.free_at = max(now, self.free_at) + megabytes / self.mb_per_s
         return self.free_at
 

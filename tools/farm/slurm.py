@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is asked of Slurm, by its own commands."""
+"""Asks Slurm by its own commands."""
 import math
 import os
 import re
@@ -15,7 +15,7 @@ REPEAT_TERM_S = 1
 
 
 def run(*command, text=None):
-    """What a command prints; a FarmError with its message if it fails."""
+    """Returns what a command prints; raises a FarmError with its message if it fails."""
     if not shutil.which(command[0]):
         raise errors.FarmError(f"there is no Slurm here: {command[0]} is not in PATH; run this on a login node of the cluster")
     done = subprocess.run(command, input=text, capture_output=True, text=True, check=False)

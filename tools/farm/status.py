@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What has become of everything: from the ledgers of the tasks, which say what was done, and Slurm's queue, which says
+"""Tells what has become of everything: from the ledgers of the tasks, which say what was done, and Slurm's queue, which says
 what is still to come."""
 import collections
 import dataclasses
@@ -10,7 +10,7 @@ from . import errors, merging, slurm
 
 @dataclasses.dataclass
 class State:
-    """Of an item: done, running, waiting or failed."""
+    """The state of an item: done, running, waiting or failed."""
     item: object
     state: str
     why: str = ""
@@ -128,22 +128,22 @@ def in_words(seconds):
 
 
 def is_openjd(farm):
-    """Whether the farm is a template of Open Job Description, of which Slurm knows nothing."""
+    """Tells whether the farm is a template of Open Job Description, of which Slurm knows nothing."""
     return (farm.path / "job.template.json").exists()
 
 
 def place_of(farm, log):
-    """Where the words of a task or a merge are to be found. log: the file that it writes under Slurm"""
+    """Returns words for the place where the log of a task or a merge is to be found. log: the file that it writes under Slurm"""
     return "the queue keeps its log" if is_openjd(farm) else f"log: {log}" if log else "it has no log"
 
 
 def again_words(farm, does):
-    """What to try."""
+    """Returns words that say what to try. does: what that brings about"""
     return f"the template, run again, {does}" if is_openjd(farm) else f"`eikon-farm resubmit` {does}"
 
 
 def counts(states):
-    """How many items are in each state."""
+    """Returns {state: number of items in it}."""
     return collections.Counter(state.state for state in states)
 
 

@@ -70,7 +70,7 @@ def new_folder(farm):
 
 
 def read_farm(options):
-    """What is to be rendered and how, before anything is measured; writes nothing."""
+    """Returns the farm of what is to be rendered and how, before anything is measured; writes nothing."""
     options.sbatch = flags.split(options.sbatch)
     if any(re.match(r"-p|--partition(=|$)", word) for word in options.sbatch):
         raise errors.FarmError("--sbatch: a partition is named by --partition, so that its nodes are looked at", errors.USAGE)
@@ -116,7 +116,7 @@ def settle(farm):
 
 
 def disk_bytes(farm):
-    """What the parts and merges take, with a checkpoint for each node."""
+    """Returns the bytes that the parts and merges take on disk, with a checkpoint for each node."""
     per_pixel = farm.measured.part_bytes / (farm.measured.size[0] * farm.measured.size[1])
     files = sum(job.pixels * (len(job.parts) * (1 + 1 / policy.MERGE_FAN_IN) + 1) for job in farm.jobs if job.parts)
     return per_pixel * (files + farm.settings["nodes"] * max(job.pixels for job in farm.jobs))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the steps of bench_gpu.py share: running eikon with a limit of time, logs, what failed, and the results so far."""
+"""Holds what the steps of bench_gpu.py share: running eikon with a limit of time, logs, what failed, and the results so far."""
 import concurrent.futures
 import json
 import os
@@ -88,7 +88,7 @@ class Session:
         return self.run(name, [self.options.eikon, *words], environment)
 
     def json(self, name, words, flag, environment=None):
-        """What `eikon words flag FILE` writes there as JSON."""
+        """Runs `eikon words flag FILE` and returns what it writes there as JSON."""
         path = self.scratch / (re.sub(r"[^\w.-]+", "_", name) + ".json")
         path.unlink(missing_ok=True)
         self.eikon(name, [*words, flag, path], environment)

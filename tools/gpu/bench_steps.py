@@ -21,7 +21,7 @@ def size_of(side):
 
 
 def devices(session):
-    """What there is, by eikon and by the tools of vendors that are installed."""
+    """Lists the devices, by eikon and by the tools of vendors that are installed."""
     for tool, *words in (["nvidia-smi"], ["nvidia-smi", "-q"], ["rocm-smi", "--showproductname", "--showdriverversion"], ["clinfo"],
                          ["lscpu"]):
         if shutil.which(tool):
@@ -42,7 +42,7 @@ def canary(session):
 
 
 def info(session):
-    """What the scenes of the measurements hold and need."""
+    """Lists what the scenes of the measurements hold and need."""
     return session.each("info", session.sizes["scenes"],
                         lambda name: {"scene": name, "text": session.eikon(f"info {name}", ["info", session.scene(name)])})
 
@@ -234,7 +234,7 @@ def units(session):
 
 
 def stages(session):
-    """Where the time of a render goes, driven as eikon drives the device by itself; one timeline is kept."""
+    """Measures where the time of a render goes, driven as eikon drives the device by itself; one timeline is kept."""
 
     def measured(name):
         kept = ("--profile", session.folder / f"{name}.profile.json", "--report", session.folder / f"{name}.html") \

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What the kernels become on GPUs, without one: gives the programs of six scenes to the offline compilers of NVIDIA (Clang and
-ptxas), AMD (Clang) and Intel (ocloc), prints a table, and fails where a figure is above its bound in bounds.tsv.
+"""Tells what the kernels become on GPUs, without one: gives the programs of six scenes to the offline compilers of NVIDIA (Clang
+and ptxas), AMD (Clang) and Intel (ocloc), prints a table, and fails where a figure is above its bound in bounds.tsv.
 
     check.py EIKON FOLDER             FOLDER keeps the compilers between runs (fetch_compilers.sh)
     check.py EIKON FOLDER --adopt     writes the figures of this run into bounds.tsv

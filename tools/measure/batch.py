@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What a batch saves: small renders as one batch, as processes with an empty kernel cache, and as processes with a warm one.
+"""Measures what a batch saves: small renders as one batch, as processes with an empty kernel cache, and with a warm one.
 
   tools/measure/batch.py [--eikon FILE] [--jobs 20] [--side 128] [--spp 16] [--rounds 2] [--cold-jobs 6]
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""How much faster two one-core nodes are than one, with submission and merge, and what a task costs beside its rendering:
+"""Measures how much faster two one-core nodes are than one, with submission and merge, and what a task costs beside its rendering:
 on a small Slurm cluster that it starts on this machine.
 
   tools/measure/farm_speed.py [--eikon FILE] [--rounds N] [--spp N] [--size WxH] [flags of submit]

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What the profile costs: renders in turns, with and without --profile, and with and without the processor's counter in the
-kernels (EIKON_TICKS=off). Prints the best time of each and how much longer it is than without; exit code 1 above --fail-above.
+"""Measures what the profile costs: renders in turns, with and without --profile, and with and without the processor's counter in
+the kernels (EIKON_TICKS=off). Prints the best time of each and how much longer it is than without; exit code 1 above --fail-above.
 
     tools/measure/profiling.py [--eikon build-release/eikon] [--rounds 7] [SCENE]
 

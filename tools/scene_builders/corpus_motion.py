@@ -52,7 +52,7 @@ def changed(root, change):
 
 
 def motion(corpus):
-    """What a file may claim of its animations and skins. A damaged animation leaves a scene that stands still."""
+    """Adds files with all that one may claim of its animations and skins. A damaged animation leaves a scene that stands still."""
     root = moving_document().finish()
     corpus.add("motion_good", "good", root)
 

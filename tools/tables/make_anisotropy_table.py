@@ -92,7 +92,7 @@ def without_lift(values, p, q, cosine):
 
 
 def shapes_of_lift(rho2, cosine):
-    """What the three lifts are multiplied by, for the full and the grazing albedo; the second covers interpolation, which is
+    """Returns the factors of the three lifts, for the full and the grazing albedo; the second covers interpolation, which is
     worst where the albedo of sharp lobes drops, the third correlation."""
     grazing = 1 - cosine
     g2 = grazing * grazing

@@ -109,7 +109,7 @@ class Mitsuba:
         return np.array(bsdf.eval(self.mi.BSDFContext(), self.interaction(wo), light)).T / wi[:, 2:]
 
     def mirror(self, bsdf, cosine):
-        """What a mirror reflects at these angles."""
+        """Returns what a mirror reflects at these angles, (n, 3)."""
         wo = np.stack([np.sqrt(1 - cosine * cosine), 0 * cosine, cosine], -1)
         _, weight = bsdf.sample(self.mi.BSDFContext(), self.interaction(wo), self.mi.Float(0.5), self.mi.Point2f(0.5, 0.5))
         return np.array(weight).T

@@ -124,7 +124,7 @@ def register(mi):
         return ((g - g * g) + 1) * g
 
     class Surface:
-        """What a hit has after textures; directions are world, everything on the viewer's side."""
+        """The material at a hit, after textures; directions are world, everything on the viewer's side."""
 
     class Gltf(mi.BSDF):
         def __init__(self, props):

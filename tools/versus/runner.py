@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the scripts that render with another renderer have in common: their options, and what they write. Needs numpy."""
+"""Holds what the scripts that render with another renderer have in common: their options, and what they write. Needs numpy."""
 
 import json
 import os

@@ -57,7 +57,7 @@ def without_normals(path, folder):
 
 
 def has_plastic(scene):
-    """Whether some material has a diffuse base under a dielectric layer."""
+    """Tells whether some material has a diffuse base under a dielectric layer."""
     return any((p.material.metallic < 1 or p.material.metallic_roughness_texture) and p.material.specular > 0
                and not (p.material.transmission == 1 and p.material.solid) for p in scene.parts)
 

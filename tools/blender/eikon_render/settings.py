@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the user sets: where the program is, and how it renders."""
+"""Declares what the user sets: where the program is, and how it renders."""
 import bpy
 
 ENGINE = "EIKON"
@@ -34,7 +34,7 @@ class EikonSettings(bpy.types.PropertyGroup):
 
 
 class EikonPanel:
-    """What panels share that are there while eikon is the render engine."""
+    """The base of panels that are there while eikon is the render engine."""
     COMPAT_ENGINES = {ENGINE}
 
     @classmethod
