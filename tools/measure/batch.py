@@ -43,6 +43,25 @@ def timed(command, **environment):
     return run_or_exit(*command, env={**os.environ, **environment}).wall_s
 
 
+def report(batches, warm, cold, cold_batch, pure, cold_count):
+    """Prints the seconds of each way, and the ratios that count.
+
+    batches, warm: (seconds of the clock, of rendering) of each round; cold: seconds of all processes with empty caches, reckoned
+    from `cold_count` of them; cold_batch: of a batch with an empty cache; pure: the least seconds of rendering of each job."""
+    best, least = min(wall for wall, _ in batches), sum(pure)
+    warmest = min(wall for wall, _ in warm)
+    over = statistics.median(wall / rendering - 1 for (wall, _), (_, rendering) in zip(batches, warm))
+    print(f"{'a batch':<42}{best:8.2f} s   of {', '.join(f'{wall:.2f}' for wall, _ in batches)}")
+    print(f"{'a batch, empty kernel cache':<42}{cold_batch:8.2f} s")
+    print(f"{'processes':<42}{warmest:8.2f} s   of {', '.join(f'{wall:.2f}' for wall, _ in warm)}")
+    print(f"{'processes, each with an empty kernel cache':<42}{cold:8.2f} s   ({cold_count} measured)")
+    print(f"{'rendering alone':<42}{least:8.2f} s   at the least; processes {', '.join(f'{t:.2f}' for _, t in warm)}, "
+          f"within the batches {', '.join(f'{t:.2f}' for _, t in batches)}")
+    print(f"the batch takes {100 * over:+.1f} % over what the processes of its round rendered for (median; "
+          f"{100 * (best / least - 1):+.1f} % the best over the least), and has {cold / best:.1f} times the rate of processes "
+          f"with empty caches ({cold / cold_batch:.1f} with an empty one itself), {warmest / best:.1f} times that of warm ones")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     add_eikon_flag(parser)
@@ -93,18 +112,7 @@ def main():
         cold *= len(lines) / len(few)
         cold_batch = batch(POCL_CACHE_DIR=str(folder / "cache"))[0]
 
-    best, least = min(wall for wall, _ in batches), sum(pure)
-    warmest = min(wall for wall, _ in warm)
-    over = statistics.median(wall / rendering - 1 for (wall, _), (_, rendering) in zip(batches, warm))
-    print(f"{'a batch':<42}{best:8.2f} s   of {', '.join(f'{wall:.2f}' for wall, _ in batches)}")
-    print(f"{'a batch, empty kernel cache':<42}{cold_batch:8.2f} s")
-    print(f"{'processes':<42}{warmest:8.2f} s   of {', '.join(f'{wall:.2f}' for wall, _ in warm)}")
-    print(f"{'processes, each with an empty kernel cache':<42}{cold:8.2f} s   ({len(few)} measured)")
-    print(f"{'rendering alone':<42}{least:8.2f} s   at the least; processes {', '.join(f'{t:.2f}' for _, t in warm)}, "
-          f"within the batches {', '.join(f'{t:.2f}' for _, t in batches)}")
-    print(f"the batch takes {100 * over:+.1f} % over what the processes of its round rendered for (median; "
-          f"{100 * (best / least - 1):+.1f} % the best over the least), and has {cold / best:.1f} times the rate of processes "
-          f"with empty caches ({cold / cold_batch:.1f} with an empty one itself), {warmest / best:.1f} times that of warm ones")
+    report(batches, warm, cold, cold_batch, pure, len(few))
 
 
 if __name__ == "__main__":

@@ -20,6 +20,7 @@ import shlex
 import statistics
 import sys
 import tempfile
+import typing
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "tools"))
@@ -42,24 +43,31 @@ def parse_scene(text):
     return path.resolve(), size or "96x96", int(spp or 16384)
 
 
-def measured(eikon, folder, scene, size, spp, seeds, most_seeds, reference):
-    """[(true relMSE of the image, predicted, lo, hi)] of each seed, of which there are enough for the mean of the first."""
+class Image(typing.NamedTuple):
+    """An image of one scene that is rendered with many seeds."""
+    scene: pathlib.Path
+    size: str  # "WxH"
+    spp: int
+
+
+def measured(options, folder, image, reference):
+    """Returns [(true relMSE of the image, predicted, lo, hi)] of each seed, of which there are enough for the mean of the first."""
     results = []
-    while len(results) < most_seeds:
-        next_seeds = range(len(results), min(most_seeds, max(1, seeds, 2 * len(results))))
-        results += measured_seeds(eikon, folder, scene, size, spp, next_seeds, reference)
+    while len(results) < options.most_seeds:
+        next_seeds = range(len(results), min(options.most_seeds, max(1, options.seeds, 2 * len(results))))
+        results += measured_seeds(options.eikon, folder, image, next_seeds, reference)
         errors = [error for error, *_ in results]
         if len(errors) > 1 and statistics.stdev(errors) <= STANDARD_ERROR * len(errors) ** 0.5 * statistics.fmean(errors):
             break
     return results
 
 
-def measured_seeds(eikon, folder, scene, size, spp, seeds, reference):
-    """The results of some seeds, as of measured()."""
-    names = [f"{spp}.{seed}" for seed in seeds]
-    jobs = folder / f"{spp}.jobs"
-    jobs.write_text("".join(f"render {shlex.quote(str(scene))} -o {name}.exr --stats {name}.json --size {size} --spp {spp} --seed {seed}\n"
-                            for seed, name in zip(seeds, names)))
+def measured_seeds(eikon, folder, image, seeds, reference):
+    """Returns the results of some seeds, as measured() does."""
+    names = [f"{image.spp}.{seed}" for seed in seeds]
+    jobs = folder / f"{image.spp}.jobs"
+    jobs.write_text("".join(f"render {shlex.quote(str(image.scene))} -o {name}.exr --stats {name}.json --size {image.size} "
+                            f"--spp {image.spp} --seed {seed}\n" for seed, name in zip(seeds, names)))
     run_or_exit(eikon, "batch", jobs, "--quiet")
     results = []
     for name in names:
@@ -67,7 +75,8 @@ def measured_seeds(eikon, folder, scene, size, spp, seeds, reference):
         stats = json.loads((folder / f"{name}.json").read_text())
         interval = find(stats, "relmse_interval")
         if interval is None:
-            sys.exit(f"coverage.py: {scene.name} at {spp} samples: no error is predicted; it takes two samples per pixel")
+            sys.exit(f"coverage.py: {image.scene.name} at {image.spp} samples: no error is predicted; "
+                     "it takes two samples per pixel")
         low, high = interval
         results.append((error, find(stats, "relmse_predicted"), low, math.inf if high is None else high))
     return results
@@ -134,7 +143,7 @@ def main():
             kept.mkdir(parents=True, exist_ok=True)
             reference, reference_error = find_reference(args.eikon, kept, scene, size, reference_spp)
             for spp in (int(n) for n in args.spp.split(",")):
-                result = row(measured(args.eikon, folder, scene, size, spp, args.seeds, args.most_seeds, reference), reference_error)
+                result = row(measured(args, folder, Image(scene, size, spp), reference), reference_error)
                 rows.append({"scene": scene.stem, "size": size, "spp": spp, **result})
                 print(f"| {scene.stem} {size} | {spp} | {result['truth']:.3e} | {result['ratio']:.2f} | "
                       f"{result['held']} of {result['seeds']} | {result['at_least']} | {result['width']:.2f} |", flush=True)
