@@ -2,6 +2,7 @@
 // The layers of the film that show what a camera ray meets first.
 #ifndef EK_FIRST_HIT_H
 #define EK_FIRST_HIT_H
+#include "film/fixed_point.h"
 #include "film/slots.h"
 
 typedef struct {
@@ -21,8 +22,13 @@ EK_FN void film_first_hit(constant Frame* frame, FilmSlots film, vi live, vu pat
   if (EK_HAS_normal) film_set_3(film, SLOT_normal, live, path, scale3(hit.n_shade, weight));
   if (EK_HAS_geometric_normal) film_set_3(film, SLOT_geometric_normal, live, path, scale3(hit.n_geom, weight));
   const vf depth = EK_HAS_orthographic ? hit.t + frame->camera_origin.w : hit.t;
-  if (EK_HAS_depth) film_set(film, SLOT_depth, live, path, depth);
-  if (EK_HAS_position) film_set_3(film, SLOT_position, live, path, add3(hit.p, splat3(frame->origin)));
+  // Places farther away than the film can add are shown as far as it can: a layer takes no light
+  // from the picture.
+  if (EK_HAS_depth) film_set(film, SLOT_depth, live, path, fixed_clamped(depth));
+  if (EK_HAS_position) {
+    const v3 p = add3(hit.p, splat3(frame->origin));
+    film_set_3(film, SLOT_position, live, path, V3(fixed_clamped(p.x), fixed_clamped(p.y), fixed_clamped(p.z)));
+  }
   if (EK_HAS_texcoord) {
     film_set(film, SLOT_texcoord, live, path, hit.uv_u);
     film_set(film, SLOT_texcoord + 1, live, path, hit.uv_v);

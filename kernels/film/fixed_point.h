@@ -10,6 +10,9 @@ typedef struct { vu limb[EK_FILM_LIMBS]; } Fixed;
 /// Tells values that are finite and so small that 2^24 of them do not overflow: |x| < 2^38.
 EK_FN vi fixed_in_range(vf x) { return (AS_U(x) & 0x7f800000u) < (vu)(165u << 23); }
 
+/// x, or the nearest value in range.
+EK_FN vf fixed_clamped(vf x) { return min_f(max_f(x, (vf)(-0x1.fffffep37f)), (vf)(0x1.fffffep37f)); }
+
 /// floor(x * 2^64) of an x in range. It is made of integer shifts instead of conversions, so every
 /// device gives the same bits.
 EK_FN Fixed fixed_from_float(vf x) {

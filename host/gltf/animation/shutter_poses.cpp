@@ -44,17 +44,34 @@ auto vertices_of(const Scene& scene, std::size_t node, std::size_t primitive) {
   };
 }
 
+/// v with length 1; 0 stays 0.
+glm::dvec3 direction_of(const glm::dvec3& v) {
+  const double length = glm::length(v);
+  return length > 0 ? v / length : glm::dvec3(0);
+}
+
+/// Returns a function of a number that gives the shading normal of a vertex of a primitive, in the
+/// world; of length 1, or 0 where it has none.
+auto normals_of(const Scene& scene, std::size_t node, std::size_t primitive) {
+  const glm::dmat3 linear(scene.nodes[node].world_from_object);
+  // Stretched surfaces turn their normals by the matrix of cofactors.
+  const glm::dmat3 cofactors(glm::cross(linear[1], linear[2]), glm::cross(linear[2], linear[0]),
+                             glm::cross(linear[0], linear[1]));
+  return [cofactors, &normals = primitive_of(scene, node, primitive).normals_object](std::size_t i) {
+    return direction_of(cofactors * glm::dvec3(normals[i]));
+  };
+}
+
 /// Returns how far the normals of a primitive are from the way between the two poses, in units of
-/// kNormal; in object space.
-double normal_deviation(const MidPose& step, std::size_t node, std::size_t primitive) {
-  const auto &before = primitive_of(step.before, node, primitive).normals_object,
-             &after = primitive_of(step.after, node, primitive).normals_object,
-             &at = primitive_of(step.true_pose, node, primitive).normals_object;
-  if ((before == after && before == at) || before.size() != after.size() || before.size() != at.size()) return 0;
+/// kNormal.
+double normal_deviation(const MidPose& step, std::size_t node, std::size_t primitive, std::size_t stride) {
+  const auto count = [&](const Scene& scene) { return primitive_of(scene, node, primitive).normals_object.size(); };
+  if (count(step.before) != count(step.after) || count(step.before) != count(step.true_pose)) return 0;
+  const auto before = normals_of(step.before, node, primitive), after = normals_of(step.after, node, primitive),
+             at = normals_of(step.true_pose, node, primitive);
   double off = 0;
-  for (std::size_t i = 0; i < before.size(); ++i)
-    off = std::max(off,
-                   glm::length(glm::dvec3(at[i]) - glm::mix(glm::dvec3(before[i]), glm::dvec3(after[i]), step.share)));
+  for (std::size_t i = 0; i < count(step.before); i += stride)
+    off = std::max(off, glm::length(at(i) - direction_of(glm::mix(before(i), after(i), step.share))));
   return off / kNormal;
 }
 
@@ -63,19 +80,20 @@ double node_deviation(const MidPose& step, std::size_t node) {
     return step.before.nodes[node].world_from_object == other.nodes[node].world_from_object;
   };
   const auto same_form = [&](const Scene& other, std::size_t p) {
-    return primitive_of(step.before, node, p).positions_object == primitive_of(other, node, p).positions_object;
+    const Primitive &own = primitive_of(step.before, node, p), &others = primitive_of(other, node, p);
+    return own.positions_object == others.positions_object && own.normals_object == others.normals_object;
   };
   const bool stands = same_place(step.after) && same_place(step.true_pose);
   double off = 0, most = 0;
   Bounds bounds;
   const Mesh& mesh = step.before.meshes[step.before.nodes[node].mesh];
   for (std::size_t p = 0; p < mesh.primitives.size(); ++p) {
-    most = std::max(most, normal_deviation(step, node, p));
     const bool is_rigid = same_form(step.after, p) && same_form(step.true_pose, p);
     if (stands && is_rigid) continue;
     // A part of a mesh that changes its form may move alone.
     const std::size_t count = mesh.primitives[p].positions_object.size(),
                       stride = is_rigid ? count / kMostVertices + 1 : 1;
+    most = std::max(most, normal_deviation(step, node, p, stride));
     const auto before = vertices_of(step.before, node, p), after = vertices_of(step.after, node, p),
                at = vertices_of(step.true_pose, node, p);
     for (std::size_t i = 0; i < count; i += stride) {
@@ -165,25 +183,61 @@ void share_if_equal(SharedVector<T>& own, const SharedVector<T>& other) {
   if (own == other) own = other;
 }
 
+/// Gives the triangles of a primitive of a pose the order of corners that they have in the frame.
+/// One that its joints turn inside out would not be the same one otherwise. Its normals are then on
+/// the side that the order says, as are those of a node that turns inside out. returns true if
+/// there was one
+bool take_order(Primitive& own, const Primitive& other) {
+  if (own.indices.triangle_count() != other.indices.triangle_count() || own.indices == other.indices) return false;
+  std::vector<bool> is_turned(own.normals_object.size());
+  for (std::size_t t = 0; t < own.indices.triangle_count(); ++t)
+    if (const std::array<std::uint32_t, 3> corners = own.indices.triangle(t); corners != other.indices.triangle(t))
+      for (const std::uint32_t corner : corners)
+        if (corner < is_turned.size()) is_turned[corner] = true;
+  std::vector<glm::vec3> normals(own.normals_object.begin(), own.normals_object.end());
+  for (std::size_t i = 0; i < normals.size(); ++i)
+    if (is_turned[i]) normals[i] = -normals[i];
+  own.normals_object = std::move(normals);
+  own.indices = other.indices;
+  return true;
+}
+
+/// True if it is to be seen which side of the material's surfaces is the front.
+bool has_sides(const Material& material) {
+  return !material.double_sided || material.solid || material.normal_texture || material.clearcoat_normal_texture;
+}
+
 /// Makes a pose of a scene that was loaded at another time. What does not change is in memory once.
-void make_pose(Scene& pose, const Scene& scene) {
+/// returns the name of a node whose fronts and backs change places meanwhile; empty if there is
+/// none
+std::string make_pose(Scene& pose, const Scene& scene) {
+  std::vector<bool> turns(pose.meshes.size());
+  const auto note = [&](std::size_t mesh, std::size_t primitive) {
+    const std::uint32_t material = scene.meshes[mesh].primitives[primitive].material;
+    if (has_sides(scene.materials[material])) turns[mesh] = true;
+  };
   for (std::size_t m = 0; m < std::min(pose.meshes.size(), scene.meshes.size()); ++m)
     for (std::size_t i = 0; i < std::min(pose.meshes[m].primitives.size(), scene.meshes[m].primitives.size()); ++i) {
       Primitive& own = pose.meshes[m].primitives[i];
       const Primitive& other = scene.meshes[m].primitives[i];
-      // A triangle whose joints turn it inside out keeps the order of its corners, or it would not
-      // be the same one.
-      if (own.indices.triangle_count() == other.indices.triangle_count()) own.indices = other.indices;
+      if (take_order(own, other)) note(m, i);
       share_if_equal(own.positions_object, other.positions_object);
       share_if_equal(own.normals_object, other.normals_object);
       share_if_equal(own.tangents_object, other.tangents_object);
       share_if_equal(own.colors, other.colors);
       for (std::size_t set = 0; set < std::size(own.uv); ++set) share_if_equal(own.uv[set], other.uv[set]);
     }
-  // So do the triangles of a node that turns inside out.
-  for (std::size_t n = 0; n < std::min(pose.nodes.size(), scene.nodes.size()); ++n)
-    pose.nodes[n].mirrored = scene.nodes[n].mirrored;
+  std::string turned;
+  for (std::size_t n = 0; n < std::min(pose.nodes.size(), scene.nodes.size()); ++n) {
+    Node& own = pose.nodes[n];
+    const Node& other = scene.nodes[n];
+    if (own.mirrored != other.mirrored && own.mesh < scene.meshes.size())
+      for (std::size_t i = 0; i < scene.meshes[own.mesh].primitives.size(); ++i) note(own.mesh, i);
+    if (turned.empty() && turns[own.mesh]) turned = own.name;
+    own.mirrored = other.mirrored;
+  }
   pose.in_motion = true;
+  return turned;
 }
 
 /// The poses of a file by the share of the shutter's time that has passed, each loaded once.
@@ -197,12 +251,15 @@ class Poses {
     if (pose != nullptr) return pose;
     Scene scene = load_(shutter_.open_s + (shutter_.close_s - shutter_.open_s) * share);
     if (trouble_.empty()) trouble_ = difference_of(scene_, scene);
-    make_pose(scene, scene_);
+    const std::string turned = make_pose(scene, scene_);
+    if (turned_.empty()) turned_ = turned;
     pose = std::make_shared<const Scene>(std::move(scene));
     return pose;
   }
   /// Set once a pose is not made of the same triangles.
   [[nodiscard]] const std::string& trouble() const { return trouble_; }
+  /// A node that turns inside out in one of the poses; empty if there is none.
+  [[nodiscard]] const std::string& turned() const { return turned_; }
 
   /// The largest deviation of any step, 0 where poses cannot be compared.
   double deviation_of(std::uint32_t steps) {
@@ -223,7 +280,7 @@ class Poses {
   const Shutter& shutter_;
   const PoseLoader& load_;
   std::map<double, std::shared_ptr<const Scene>> known_;
-  std::string trouble_;
+  std::string trouble_, turned_;
 };
 
 }  // namespace
@@ -255,6 +312,11 @@ void add_shutter_poses(Scene& scene, const Shutter& shutter, const PoseLoader& p
         fmt::format("--shutter: nothing is blurred, as {} changes while the shutter is open", poses.trouble()));
     return;
   }
+  if (!poses.turned().empty())
+    scene.warnings.push_back(
+        fmt::format("--shutter: node '{}' turns inside out while the shutter is open: its front stays "
+                    "the side that it is at the time of the frame",
+                    poses.turned()));
   const auto some = [&](bool (*differ)(const Scene&, const Scene&)) {
     return std::any_of(found.begin(), found.end(), [&](const auto& pose) { return differ(*found.front(), *pose); });
   };
@@ -286,7 +348,7 @@ void add_next_pose(Scene& scene, Scene next) {
   if (const std::string shapes = moving_shapes(scene, std::array{&next}); !shapes.empty())
     scene.warnings.push_back(
         fmt::format("layer motion: {}: only the way of the camera is in it, shapes stand still for the layer", shapes));
-  make_pose(next, scene);
+  (void)make_pose(next, scene);
   bool surfaces = false;
   for (std::size_t n = 0; n < scene.nodes.size() && !surfaces; ++n) surfaces = node_differs(scene, next, n);
   next.in_motion = surfaces || scene.in_motion;

@@ -90,6 +90,23 @@ TEST(Layers, depth_is_the_mean_over_the_samples_that_hit) {
   EXPECT_GT(edges, 4);
 }
 
+TEST(Layers, of_places_beyond_the_film_take_no_light_from_the_picture) {
+  Scene scene;
+  Primitive wall;
+  add_quad(wall, {-0x1p39F, -0x1p39F, -0x1p39F}, {0x1p40F, 0, 0}, {0, 0x1p40F, 0});
+  add_mesh(scene, "wall", std::move(wall), lambert(0.5F));
+  Settings settings = settings_for(8, 8, 4);
+  settings.camera = look_at_camera({0, 0, 0}, {0, 0, -1}, {0, 1, 0}, 0.5);
+  settings.environment.radiance = glm::vec3(1);
+  const Film plain = film_of(scene, settings);
+  EXPECT_GT(mean_of(plain).mean, 0.1);
+  settings.aovs = {"depth", "position"};
+  const Film film = film_of(scene, settings);
+  for (std::uint32_t c = 0; c < 3; ++c) EXPECT_EQ(mean_of(film, c).mean, mean_of(plain, c).mean);
+  EXPECT_NEAR(film.mean(4, 4, film.channel_index("depth.Z").value()), 0x1p38, 0x1p15);
+  EXPECT_NEAR(film.mean(4, 4, film.channel_index("position.Z").value()), -0x1p38, 0x1p15);
+}
+
 TEST(Layers, know_the_point_its_place_in_the_texture_the_flat_normal_and_the_material) {
   Scene scene;
   Primitive tilted;

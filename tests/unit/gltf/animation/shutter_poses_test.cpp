@@ -134,6 +134,54 @@ TEST(ShutterPoses, a_node_that_turns_inside_out_keeps_the_order_of_its_corners) 
   const Scene scene = exposed(mirrors);
   ASSERT_FALSE(scene.poses.empty());
   for (const auto& pose : scene.poses) EXPECT_FALSE(pose->nodes[0].mirrored);
+  ASSERT_EQ(scene.warnings.size(), 1U);
+  EXPECT_TRUE(says(scene.warnings[0], "node 'node' turns inside out while the shutter is open")) << scene.warnings[0];
+  const auto mirrors_a_sheet = [&](double t) {
+    Scene sheet = mirrors(t);
+    sheet.materials[0].double_sided = true;
+    return sheet;
+  };
+  EXPECT_TRUE(exposed(mirrors_a_sheet).warnings.empty()) << "nobody sees which side is the front";
+}
+
+TEST(ShutterPoses, a_skin_that_turns_inside_out_keeps_its_normals_on_the_side_of_its_corners) {
+  // As the reader makes it: corners change places where joints mirror, and normals face the front.
+  const auto mirrors = [](double t) {
+    Scene scene = triangle_at(glm::dmat4(1));
+    Primitive& primitive = scene.meshes[0].primitives[0];
+    std::vector<glm::vec3> positions;
+    for (const glm::vec3& p : primitive.positions_object) positions.push_back({float(1 - 2 * t) * p.x, p.y, p.z});
+    primitive.positions_object = positions;
+    primitive.normals_object = std::vector<glm::vec3>(3, {0, 0, 1});
+    if (t > 0.5) primitive.indices = {0, 2, 1};
+    return scene;
+  };
+  const Scene scene = exposed(mirrors);
+  ASSERT_FALSE(scene.poses.empty());
+  for (const auto& pose : scene.poses) {
+    const Primitive& primitive = pose->meshes[0].primitives[0];
+    EXPECT_EQ(primitive.indices, scene.meshes[0].primitives[0].indices);
+    const auto& p = primitive.positions_object;
+    const glm::vec3 geometric = glm::cross(p[1] - p[0], p[2] - p[0]);
+    for (const glm::vec3& n : primitive.normals_object) EXPECT_GE(glm::dot(n, geometric), 0);
+  }
+}
+
+TEST(ShutterPoses, normals_are_followed_in_the_world) {
+  // Squashing moves each corner straight, but not its normal, which turns from the flat side.
+  const auto squashed = [](double t) {
+    Scene scene = triangle_at(glm::scale(glm::dmat4(1), glm::dvec3(1, 1, 0.1 + 0.9 * t)));
+    scene.meshes[0].primitives[0].normals_object = std::vector<glm::vec3>(3, glm::normalize(glm::vec3(1, 0, 1)));
+    return scene;
+  };
+  const Scene scene = exposed(squashed);
+  EXPECT_GE(scene.shutter.steps, 4U);
+  for (std::size_t k = 0; k + 1 < scene.poses.size(); ++k) {
+    const auto normal_at = [](double t) { return glm::normalize(glm::dvec3(0.1 + 0.9 * t, 0, 1)); };
+    const double step = 1.0 / scene.shutter.steps, t = (double(k) + 0.5) * step;
+    const glm::dvec3 mixed = glm::normalize(normal_at(t - 0.5 * step) + normal_at(t + 0.5 * step));
+    EXPECT_LT(glm::distance(mixed, normal_at(t)), 1e-2) << k;
+  }
 }
 
 TEST(ShutterPoses, cameras_and_lamps_are_followed_as_well) {
