@@ -11,8 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "support/temporary_folder.h"
+#include "support/messages.h"
 #include "support/paths.h"
+#include "support/temporary_folder.h"
 
 namespace eikon::test {
 
@@ -22,8 +23,6 @@ struct Outcome {
   int code = -1;  // exit code, or 1000 + the signal that ended it
   std::string out, err;
 };
-
-inline bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 inline nlohmann::json read_json(const std::filesystem::path& path) { return nlohmann::json::parse(read_bytes(path)); }
 
@@ -42,7 +41,7 @@ class Workplace {
 
   /// Starts it; the process is eikon itself.
   pid_t start(const std::string& arguments, const std::string& before = "") const {
-    const bool commands = contains(before, ";");
+    const bool commands = before.find(';') != std::string::npos;
     return start_shell((commands ? before + " exec " : "exec env " + before + " ") + binary() + " " + arguments);
   }
   pid_t start_shell(const std::string& line) const {

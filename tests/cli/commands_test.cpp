@@ -37,7 +37,7 @@ TEST(Commands, one_that_is_missing_or_not_there_is_named_with_those_that_are) {
   for (const auto& [words, said] : cases) {
     const Outcome outcome = here.eikon(words);
     EXPECT_TRUE(refused(outcome, kUsage)) << words;
-    EXPECT_TRUE(contains(outcome.err, said)) << outcome.err;
+    EXPECT_TRUE(contains(outcome.err, said));
   }
 }
 
@@ -59,7 +59,7 @@ TEST(Commands, words_that_are_wrong_are_named_with_what_to_do) {
   for (const auto& [words, said] : cases) {
     const Outcome outcome = here.eikon(words);
     EXPECT_TRUE(refused(outcome, kUsage)) << words;
-    EXPECT_TRUE(contains(outcome.err, said)) << outcome.err;
+    EXPECT_TRUE(contains(outcome.err, said));
   }
 }
 
@@ -73,7 +73,7 @@ TEST(Commands, a_flag_is_no_value_of_the_one_before_it_unless_it_is_joined) {
   for (const auto& [flags, said] : cases) {
     const Outcome outcome = here.eikon("render " + scene("furnace.gltf") + " --size 4x4 --spp 1 " + flags);
     EXPECT_TRUE(refused(outcome, kUsage)) << flags;
-    EXPECT_TRUE(contains(outcome.err, said)) << outcome.err;
+    EXPECT_TRUE(contains(outcome.err, said));
   }
   here.write("jobs", "render a.gltf --stats --half\n");
   EXPECT_TRUE(contains(here.eikon("batch jobs").err, "--stats needs a value, but --half follows"));
@@ -132,9 +132,9 @@ TEST(Commands, devices_lists_what_there_is) {
   EXPECT_TRUE(contains(outcome.out, "0: ") && contains(outcome.out, "compute units") && contains(outcome.out, "driver"))
       << outcome.out;
   const Outcome two = here.eikon("devices", "POCL_DEVICES='pthread pthread'");
-  EXPECT_TRUE(contains(two.out, "1: ")) << two.out;
-  EXPECT_TRUE(contains(two.out, "is the hardware of device 0")) << two.out;  // the processor, once more
-  EXPECT_TRUE(contains(two.out, "host: ")) << two.out;
+  EXPECT_TRUE(contains(two.out, "1: "));
+  EXPECT_TRUE(contains(two.out, "is the hardware of device 0"));  // the processor, once more
+  EXPECT_TRUE(contains(two.out, "host: "));
 }
 
 TEST(Commands, selftest_trusts_this_driver) {
@@ -155,11 +155,11 @@ TEST(Commands, selftest_tells_a_driver_that_is_wrong) {
   }
   std::string film = read_bytes(here / "kernels/film/fixed_point.h");
   const std::string exact = "- 86;";  // the film's unit
-  ASSERT_NE(film.find(exact), std::string::npos);
+  ASSERT_TRUE(contains(film, exact));
   std::ofstream(here / "kernels/film/fixed_point.h") << film.replace(film.find(exact), exact.size(), "- 85;");
   const Outcome outcome = here.eikon("selftest", "EIKON_KERNEL_DIR=" + (here / "kernels").string());
   EXPECT_EQ(outcome.code, 4);
-  EXPECT_TRUE(contains(outcome.out, "FAIL")) << outcome.out;
+  EXPECT_TRUE(contains(outcome.out, "FAIL"));
   EXPECT_EQ(outcome.err.rfind("eikon: ", 0), 0U) << outcome.err;
 }
 
@@ -172,7 +172,7 @@ TEST(Commands, info_prints_the_ledger) {
         "'light': ", "memory", "bvh8", "bvh2", "W (lm)", "material 'white': diffuse", "emits (", "textures\n  none"})
     EXPECT_TRUE(contains(outcome.out, line)) << line << " in\n" << outcome.out;
   // Who needs it, or why it is out.
-  EXPECT_TRUE(contains(outcome.out, "environment      out")) << outcome.out;
+  EXPECT_TRUE(contains(outcome.out, "environment      out"));
   EXPECT_TRUE(contains(here.eikon("info " + scene("sphere_in_sky.gltf")).out, "environment      in"));
 }
 

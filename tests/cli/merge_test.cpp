@@ -82,7 +82,7 @@ TEST_F(Merge, gaps_are_said_with_the_flags_that_fill_them) {
   part("b.exr", "--samples 5:8 --crop 0,0,24,10");
   const Outcome outcome = merge("b.exr a.exr", "out.exr");
   EXPECT_EQ(outcome.code, 1);
-  EXPECT_TRUE(contains(outcome.out, "with gaps")) << outcome.out;
+  EXPECT_TRUE(contains(outcome.out, "with gaps"));
   EXPECT_EQ(here.shell(Workplace::binary() + " merge b.exr a.exr -o out.exr 2>/dev/full").code, 1);
   EXPECT_EQ(read_exr(here / "out.exr").metadata.at("samples"), std::to_string(24 * 20 * 3 + 24 * 10 * 3));
   std::string parts = "out.exr";
@@ -156,7 +156,7 @@ TEST_F(Merge, lines_of_a_batch_take_over_parts_of_lines_before_them) {
   here.write("turned.txt", takes + makes);
   const Outcome turned = here.eikon("batch turned.txt");
   EXPECT_TRUE(refused(turned, 2)) << turned.err;
-  EXPECT_TRUE(contains(turned.err, "cannot write a.exr: line 1 reads it")) << turned.err;
+  EXPECT_TRUE(contains(turned.err, "cannot write a.exr: line 1 reads it"));
   here.write("itself.txt", line + "--spp 4 --add a.exr -o a.exr\n");
   EXPECT_TRUE(contains(here.eikon("batch itself.txt").err, "cannot write a.exr: it is an input of that line"));
 }
@@ -175,7 +175,7 @@ TEST_F(Merge, what_a_render_cannot_take_over_is_refused) {
     const Outcome outcome =
         here.eikon("render " + scene("cornell.gltf") + " -o out.exr --size 24x20 --quiet --spp 8 --add a.exr " + flags);
     EXPECT_TRUE(refused(outcome, 3)) << flags;
-    EXPECT_TRUE(contains(outcome.err, word)) << outcome.err;
+    EXPECT_TRUE(contains(outcome.err, word));
     EXPECT_FALSE(std::filesystem::exists(here / "out.exr"));
   }
   const std::string before = bytes("a.exr");
@@ -187,7 +187,7 @@ TEST_F(Merge, what_a_render_cannot_take_over_is_refused) {
   // More samples than are asked for stay in the picture, as those of a checkpoint do.
   const Outcome more = here.eikon("render " + scene("cornell.gltf") + " -o out.exr --size 24x20 --spp 2 --add a.exr");
   EXPECT_EQ(more.code, 1);
-  EXPECT_TRUE(contains(more.err, "a.exr holds 480 samples beyond what --spp or --samples ask for")) << more.err;
+  EXPECT_TRUE(contains(more.err, "a.exr holds 480 samples beyond what --spp or --samples ask for"));
 }
 
 TEST_F(Merge, a_part_is_not_replaced_by_the_picture) {

@@ -43,7 +43,7 @@ TEST(StandardOutput, has_the_picture_of_a_render_and_of_a_merge) {
   for (const std::string& command : {to_pipe, std::string("merge out.exr -o -")}) {
     const Outcome outcome = here.eikon(command);
     ASSERT_TRUE(succeeded(outcome)) << command;
-    EXPECT_TRUE(contains(outcome.err, "predicted relMSE")) << outcome.err;
+    EXPECT_TRUE(contains(outcome.err, "predicted relMSE"));
     here.write("piped.exr", outcome.out);
     EXPECT_TRUE(succeeded(here.eikon("compare piped.exr out.exr --fail-above 0"))) << command;
   }
@@ -60,7 +60,7 @@ TEST(StandardOutput, takes_one_output_and_no_checkpoint_or_series) {
   here.write("jobs.txt", render + "-o -\n");
   const Outcome batch = here.eikon("batch jobs.txt");
   EXPECT_EQ(batch.code, 1);
-  EXPECT_TRUE(contains(batch.err, "jobs.txt:1: a job of a batch cannot write to standard output")) << batch.err;
+  EXPECT_TRUE(contains(batch.err, "jobs.txt:1: a job of a batch cannot write to standard output"));
 }
 
 // A file takes the place of the one that it replaces, which here others append to.
@@ -72,7 +72,7 @@ TEST(StandardOutput, by_its_path_is_refused_and_keeps_what_was_written_to_it) {
     const Outcome outcome =
         here.shell(Workplace::binary() + " " + cornell("--size 4x4 --spp 1 --quiet --stats ") + path + " >> lines.txt");
     EXPECT_TRUE(refused(outcome, kInput)) << path;
-    EXPECT_TRUE(contains(outcome.err, "it is an open stream")) << outcome.err;
+    EXPECT_TRUE(contains(outcome.err, "it is an open stream"));
     EXPECT_EQ(read_bytes(here / "lines.txt"), "earlier\n") << path;
   }
 }
@@ -89,7 +89,7 @@ TEST(StandardOutput, that_nobody_reads_any_more_is_said_to_be_a_broken_pipe) {
     const Outcome outcome = here.shell("trap '' PIPE; mkfifo pipe; { exec 3<>pipe 4>pipe 3<&-; " + Workplace::binary() +
                                        " " + command + " >&4; }; code=$?; rm pipe; exit $code");
     EXPECT_TRUE(refused(outcome, kInput)) << command;
-    EXPECT_TRUE(contains(outcome.err, "nobody reads it any more (broken pipe)")) << outcome.err;
+    EXPECT_TRUE(contains(outcome.err, "nobody reads it any more (broken pipe)"));
   }
 }
 

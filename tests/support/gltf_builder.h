@@ -10,13 +10,15 @@
 #include <string>
 #include <vector>
 
-#include "core/error.h"
 #include "scene/scene.h"
+#include "support/messages.h"
 #include "support/temporary_folder.h"
 
 namespace scene_test {
 
 using Json = nlohmann::json;
+using eikon::test::contains;
+using eikon::test::message_of;
 using eikon::test::TemporaryFolder;
 
 template <typename T>
@@ -116,34 +118,16 @@ struct Builder {
   }
 };
 
-/// The message of the InputError that `action` throws; fails the test when there is none or it is
-/// not one line.
-template <typename Action>
-std::string message_of(Action action) {
-  try {
-    action();
-  } catch (const eikon::InputError& e) {
-    const std::string what = e.what();
-    EXPECT_FALSE(what.empty());
-    EXPECT_EQ(what.find('\n'), std::string::npos) << what;
-    return what;
-  }
-  ADD_FAILURE() << "nothing was thrown";
-  return {};
-}
-
-inline bool mentions(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
-
 inline bool leaves_out(const eikon::Scene& scene, const std::string& feature, const std::string& user) {
   for (const eikon::Unsupported& u : scene.unsupported) {
-    if (mentions(u.feature, feature) && mentions(u.user, user)) return true;
+    if (contains(u.feature, feature) && contains(u.user, user)) return true;
   }
   return false;
 }
 
 inline bool warns(const eikon::Scene& scene, const std::string& part) {
   for (const std::string& warning : scene.warnings) {
-    if (mentions(warning, part)) return true;
+    if (contains(warning, part)) return true;
   }
   return false;
 }

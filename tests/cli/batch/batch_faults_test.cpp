@@ -91,7 +91,7 @@ TEST(BatchFaults, a_lost_device_stays_lost_for_all_jobs) {
   const Outcome outcome = here.eikon("batch jobs", "EIKON_FAULT=device:0:after=1:lost");
   EXPECT_EQ(outcome.code, 1);
   EXPECT_EQ(states(outcome), (States{{1, "done"}, {2, "failed"}, {3, "failed"}})) << outcome.out;
-  EXPECT_TRUE(contains(outcome.err, "CL_DEVICE_NOT_AVAILABLE")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "CL_DEVICE_NOT_AVAILABLE"));
 }
 
 TEST(BatchFaults, a_device_that_hangs_is_waited_for_once) {
@@ -119,8 +119,8 @@ TEST(BatchFaults, when_the_only_device_hangs_no_other_job_waits_for_it) {
   const Outcome outcome = here.eikon("batch jobs", "EIKON_WATCHDOG=0.5 EIKON_FAULT=device:0:hang:after=1");
   EXPECT_EQ(outcome.code, 1);
   EXPECT_EQ(states(outcome), (States{{1, "done"}, {2, "failed"}, {3, "failed"}})) << outcome.out;
-  EXPECT_TRUE(contains(outcome.err, "jobs:3: device 0 is used no more: ")) << outcome.err;
-  EXPECT_TRUE(contains(outcome.err, "start again")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "jobs:3: device 0 is used no more: "));
+  EXPECT_TRUE(contains(outcome.err, "start again"));
 }
 
 TEST(BatchFaults, killed_within_a_job_it_goes_on_from_the_job_s_checkpoint) {
@@ -203,7 +203,7 @@ TEST(BatchFaults, what_was_done_before_a_job_s_only_device_failed_is_in_its_pict
   const Outcome outcome = here.eikon("batch jobs", "EIKON_FAULT=device:0:after=4:lost");
   EXPECT_EQ(outcome.code, 1);
   EXPECT_EQ(states(outcome), (States{{1, "failed"}}));
-  EXPECT_TRUE(contains(outcome.err, "what is done is in 1.exr")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "what is done is in 1.exr"));
   EXPECT_GT(read_checkpoint(here / "1.exr").record.sample_set.sample_count(), 0U);
   const Outcome again = here.eikon("batch jobs");
   EXPECT_EQ(states(again), (States{{1, "done"}})) << "it is not taken for done";
@@ -242,7 +242,7 @@ TEST(BatchFaults, interrupted_while_its_device_hangs_it_ends_with_a_checkpoint) 
   const Outcome outcome = here.wait(child);
   EXPECT_EQ(outcome.code, 130) << outcome.err;
   EXPECT_EQ(states(outcome), (States{{1, "interrupted"}, {2, "not"}})) << outcome.out;
-  EXPECT_TRUE(contains(outcome.err, "was given up")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "was given up"));
   const Checkpoint checkpoint = read_checkpoint(here / "c.exr");
   EXPECT_GT(checkpoint.record.sample_set.sample_count(), 0U);
   EXPECT_EQ(read_exr(here / "1.exr").planes, read_exr(here / "c.exr").planes);
@@ -267,8 +267,8 @@ TEST(BatchFaults, openjd_lines_tell_one_progress_for_all_jobs) {
   EXPECT_EQ(std::adjacent_find(shares.begin(), shares.end()), shares.end()) << "a line twice";
   EXPECT_EQ(shares.back(), 100);
   EXPECT_EQ(*(shares.end() - 2), 75) << "jobs of equal size count the same; lines that are none do not count";
-  EXPECT_TRUE(contains(outcome.out, "openjd_status: 2 of 4 jobs\n")) << outcome.out;
-  EXPECT_TRUE(contains(outcome.out, "openjd_fail: ")) << outcome.out;
+  EXPECT_TRUE(contains(outcome.out, "openjd_status: 2 of 4 jobs\n"));
+  EXPECT_TRUE(contains(outcome.out, "openjd_fail: "));
   EXPECT_EQ(progress(here.eikon("batch jobs --progress openjd")).back(), 100);  // also when most are skipped
 
   here.write("endless", fmt::format("render {} -o 9.exr {}\n", scene("cornell.gltf"), kEndless));
@@ -278,7 +278,7 @@ TEST(BatchFaults, openjd_lines_tell_one_progress_for_all_jobs) {
   kill(child, SIGTERM);
   const Outcome stopped = here.wait(child);
   EXPECT_EQ(stopped.code, 143) << stopped.err;
-  EXPECT_FALSE(contains(stopped.out, "openjd_progress: 100")) << stopped.out;
+  EXPECT_FALSE(contains(stopped.out, "openjd_progress: 100"));
 }
 
 }  // namespace

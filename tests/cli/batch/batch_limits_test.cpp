@@ -61,7 +61,7 @@ TEST(BatchLimits, ten_thousand_lines_are_read_and_what_is_wrong_with_each_is_sai
   EXPECT_EQ(outcome.code, 1);
   EXPECT_TRUE(contains(outcome.out, "5005 jobs in ") && contains(outcome.out, "5 done, 5000 failed")) << outcome.err;
   EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 5000);
-  EXPECT_TRUE(contains(outcome.err, "eikon: jobs:9999: ")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "eikon: jobs:9999: "));
 }
 
 TEST(BatchLimits, job_files_of_other_editors_are_read) {
@@ -167,9 +167,9 @@ TEST(BatchLimits, lines_that_are_no_renders_are_refused_by_what_they_are) {
   EXPECT_EQ(outcome.code, 1);
   for (int line = 1; line <= 8; ++line) {
     EXPECT_EQ(states(outcome)[line], "failed") << line;
-    EXPECT_TRUE(contains(outcome.err, fmt::format("eikon: jobs:{}: ", line))) << outcome.err;
+    EXPECT_TRUE(contains(outcome.err, fmt::format("eikon: jobs:{}: ", line)));
   }
-  EXPECT_TRUE(contains(outcome.err, "'batch' cannot be in a batch")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "'batch' cannot be in a batch"));
 }
 
 TEST(BatchLimits, no_other_command_is_taken_for_a_scene) {
@@ -183,7 +183,7 @@ TEST(BatchLimits, no_other_command_is_taken_for_a_scene) {
   here.write("jobs", fmt::format("{}\n", fmt::join(commands, "\n")));
   const Outcome outcome = here.eikon("batch jobs");
   for (const std::string& command : commands)
-    EXPECT_TRUE(contains(outcome.err, fmt::format("'{}' cannot be in a batch", command))) << outcome.err;
+    EXPECT_TRUE(contains(outcome.err, fmt::format("'{}' cannot be in a batch", command)));
 }
 
 TEST(BatchLimits, two_batches_do_not_share_a_ledger) {
@@ -193,7 +193,7 @@ TEST(BatchLimits, two_batches_do_not_share_a_ledger) {
   wait_for_lines(here / "jobs.ledger", 1);
   const Outcome second = there.eikon("batch '" + (here / "jobs").string() + "'");
   EXPECT_TRUE(refused(second, 3));
-  EXPECT_TRUE(contains(second.err, "another batch")) << second.err;
+  EXPECT_TRUE(contains(second.err, "another batch"));
   kill(first, SIGTERM);
   EXPECT_EQ(here.wait(first).code, 143);
 }

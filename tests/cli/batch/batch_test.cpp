@@ -183,7 +183,7 @@ TEST(Batch, bad_input_gets_one_line) {
   EXPECT_TRUE(refused(here.eikon("batch jobs"), 3));
   const Outcome empty = here.eikon("batch jobs --ledger other");
   EXPECT_TRUE(succeeded(empty));
-  EXPECT_TRUE(contains(empty.out, "nothing to do")) << empty.out;
+  EXPECT_TRUE(contains(empty.out, "nothing to do"));
 }
 
 TEST(Batch, lines_may_come_from_a_pipe_and_a_ledger_may_be_named) {
@@ -242,7 +242,7 @@ TEST(Batch, interrupted_and_killed_it_goes_on_with_the_bits_of_single_renders) {
   kill(second, SIGINT);
   const Outcome stopped = here.wait(second);
   EXPECT_EQ(stopped.code, 130) << stopped.err;
-  EXPECT_TRUE(contains(stopped.out, "6 jobs in ")) << stopped.out;
+  EXPECT_TRUE(contains(stopped.out, "6 jobs in "));
 
   const Outcome last = here.eikon("batch jobs");
   EXPECT_TRUE(succeeded(last));

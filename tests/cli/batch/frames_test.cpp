@@ -58,7 +58,7 @@ TEST(Sequence, force_renders_what_is_done_again) {
   EXPECT_EQ(states(here.eikon(command)), (States{{0, "skipped"}, {1, "skipped"}})) << "the key is the same";
   const Outcome alone = here.eikon(arm("-o a.exr --frame 1 --force"));
   EXPECT_EQ(alone.code, kUsage);
-  EXPECT_TRUE(contains(alone.err, "--force: goes with --frames")) << alone.err;
+  EXPECT_TRUE(contains(alone.err, "--force: goes with --frames"));
 }
 
 TEST(Sequence, frames_have_the_same_bits_whatever_tree_is_refitted_to_them) {
@@ -104,7 +104,7 @@ TEST(Sequence, a_frame_that_fails_does_not_stop_the_others) {
   const Outcome outcome = here.eikon(arm("-o arm_%d.exr --frames 0:2"));
   EXPECT_EQ(outcome.code, 1);
   EXPECT_EQ(states(outcome), (States{{0, "done"}, {1, "failed"}, {2, "done"}})) << outcome.out;
-  EXPECT_TRUE(contains(outcome.err, "frame 1: ")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "frame 1: "));
 }
 
 TEST(Sequence, is_refused_in_one_line_where_nothing_can_come_of_it) {
@@ -179,7 +179,7 @@ TEST(Sequence, light_that_goes_out_does_not_bring_the_studio) {
     const Outcome outcome = here.eikon(fmt::format(
         "render lamp.gltf --size 8x8 --spp 1 -o {0}.exr --look-at 0.2,0.2,2:0.2,0.2,0 --scene-time {0}", time));
     EXPECT_TRUE(succeeded(outcome));
-    EXPECT_FALSE(contains(outcome.err, "studio")) << outcome.err;
+    EXPECT_FALSE(contains(outcome.err, "studio"));
   }
   EXPECT_TRUE(contains(here.eikon("render lamp.gltf --size 8x8 --spp 1 -o 2.exr --scene-time 1").err, "black"));
 }
@@ -187,11 +187,11 @@ TEST(Sequence, light_that_goes_out_does_not_bring_the_studio) {
 TEST(Info, animations_skins_and_morph_targets_are_listed) {
   const Workplace here;
   const Outcome arm = here.eikon("info " + scene("bending_arm.gltf"));
-  EXPECT_TRUE(contains(arm.out, "animation 'wave': 0 to 2 s, 3 channels\n")) << arm.out;
-  EXPECT_TRUE(contains(arm.out, "skin 'arm': 3 joints\n")) << arm.out;
+  EXPECT_TRUE(contains(arm.out, "animation 'wave': 0 to 2 s, 3 channels\n"));
+  EXPECT_TRUE(contains(arm.out, "skin 'arm': 3 joints\n"));
   const Outcome blob = here.eikon("info " + scene("morphing_blob.gltf") + " --animation none");
-  EXPECT_TRUE(contains(blob.out, "animation 'breathe': 0 to 3 s, 1 channels, not in force\n")) << blob.out;
-  EXPECT_TRUE(contains(blob.out, "mesh 'blob': 2: 'star', 'cushion'\n")) << blob.out;
+  EXPECT_TRUE(contains(blob.out, "animation 'breathe': 0 to 3 s, 1 channels, not in force\n"));
+  EXPECT_TRUE(contains(blob.out, "mesh 'blob': 2: 'star', 'cushion'\n"));
   EXPECT_FALSE(contains(here.eikon("info " + scene("cornell.gltf")).out, "animation"));
 }
 

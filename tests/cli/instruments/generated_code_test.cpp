@@ -37,7 +37,8 @@ std::map<std::string, Code> code_in(const Workplace& here, const std::string& wi
     for (std::string line; std::getline(lines, line);) {
       if (std::regex_search(line, match, function)) counted[1] = &found[kernel + "." + match[1].str()];
       if (!std::regex_search(line, instruction)) continue;
-      const bool wide = contains(line, wide_register), floats = std::regex_search(line, match, float_operation);
+      const bool wide = line.find(wide_register) != std::string::npos,
+                 floats = std::regex_search(line, match, float_operation);
       for (Code* const code : counted) {
         ++code->all;
         code->wide += wide;

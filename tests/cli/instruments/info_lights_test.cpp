@@ -22,12 +22,12 @@ TEST(InfoLights, each_light_has_its_flux_and_strength_and_815_lumens_all_around_
     "scenes": [{"nodes": [0, 1, 2]}], "scene": 0})";
   const Outcome outcome = here.eikon("info lights.gltf");
   ASSERT_TRUE(succeeded(outcome)) << outcome.err;
-  EXPECT_TRUE(contains(outcome.out, "point           'bulb': 815.0")) << outcome.out;
-  EXPECT_TRUE(contains(outcome.out, "W (lm), intensity 64.86 W/sr (cd)")) << outcome.out;
+  EXPECT_TRUE(contains(outcome.out, "point           'bulb': 815.0"));
+  EXPECT_TRUE(contains(outcome.out, "W (lm), intensity 64.86 W/sr (cd)"));
   // 2 pi 100 (1 - cos 0.5) / 3: the square of a ramp is a third on average.
-  EXPECT_TRUE(contains(outcome.out, "spot            'beam': 25.63")) << outcome.out;
-  EXPECT_TRUE(contains(outcome.out, "directional     'sun': ")) << outcome.out;
-  EXPECT_TRUE(contains(outcome.out, "irradiance 100000 W/m^2 (lx)")) << outcome.out;
+  EXPECT_TRUE(contains(outcome.out, "spot            'beam': 25.63"));
+  EXPECT_TRUE(contains(outcome.out, "directional     'sun': "));
+  EXPECT_TRUE(contains(outcome.out, "irradiance 100000 W/m^2 (lx)"));
   EXPECT_FALSE(contains(outcome.err, "neutral")) << "it has lights of its own: " << outcome.err;
 }
 
@@ -47,8 +47,8 @@ TEST(InfoLights, a_bulb_in_glass_is_named_with_the_solid_around_it) {
     "scenes": [{"nodes": [0, 1, 2]}], "scene": 0})";
   const Outcome outcome = here.eikon("info bulb.gltf");
   ASSERT_TRUE(succeeded(outcome)) << outcome.err;
-  EXPECT_TRUE(contains(outcome.out, "light 'inside' stands in the solid 'glass'")) << outcome.out;
-  EXPECT_FALSE(contains(outcome.out, "light 'outside' stands")) << outcome.out;
+  EXPECT_TRUE(contains(outcome.out, "light 'inside' stands in the solid 'glass'"));
+  EXPECT_FALSE(contains(outcome.out, "light 'outside' stands"));
 }
 
 TEST(InfoLights, an_animation_with_hardly_any_light_has_the_neutral_studio_at_all_times) {
@@ -71,7 +71,7 @@ TEST(InfoLights, surfaces_say_their_area) {
   const Workplace here;
   const Outcome outcome = here.eikon("info " + scene("square_light.gltf"));
   ASSERT_TRUE(succeeded(outcome));
-  EXPECT_TRUE(contains(outcome.out, "area 1 m^2, chosen with probability 1.0000")) << outcome.out;
+  EXPECT_TRUE(contains(outcome.out, "area 1 m^2, chosen with probability 1.0000"));
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ TEST(Measure, a_table_of_copper_renders_as_copper_does) {
   here.write("table.gltf", scene_of("[" + std::string(kByTable) + "]", 1));
   const Outcome measured = here.eikon("measure copper.gltf --material copper -o copper.binary");
   ASSERT_TRUE(succeeded(measured));
-  EXPECT_TRUE(contains(measured.out, "copper.binary: material 'copper', 90 x 90 x 180 cells")) << measured.out;
+  EXPECT_TRUE(contains(measured.out, "copper.binary: material 'copper', 90 x 90 x 180 cells"));
   EXPECT_EQ(std::filesystem::file_size(here / "copper.binary"), kTableBytes);
   for (const char* name : {"copper", "table"})
     ASSERT_TRUE(succeeded(
@@ -42,8 +42,8 @@ TEST(Measure, a_table_of_copper_renders_as_copper_does) {
   const Outcome compared = here.eikon("compare table.exr copper.exr --json --fail-above 1e-3");
   EXPECT_TRUE(succeeded(compared)) << compared.out;
   const Outcome info = here.eikon("info table.gltf");
-  EXPECT_TRUE(contains(info.out, "material 'table': measured by 'copper.binary'")) << info.out;
-  EXPECT_TRUE(contains(info.out, "1 of 17.5 MB each")) << info.out;
+  EXPECT_TRUE(contains(info.out, "material 'table': measured by 'copper.binary'"));
+  EXPECT_TRUE(contains(info.out, "1 of 17.5 MB each"));
 }
 
 TEST(Measure, a_table_of_a_table_is_that_table_but_for_the_rounding_of_directions) {

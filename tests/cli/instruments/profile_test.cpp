@@ -212,7 +212,7 @@ TEST(StageTable, tells_each_device_its_stages_bounces_and_gaps) {
   EXPECT_FALSE(contains(one.out, "idle at end"));
   const Outcome two = here.eikon(cornell("--size 64x48 --spp 16 --devices cpu:2x1"));
   ASSERT_TRUE(succeeded(two));
-  EXPECT_TRUE(contains(two.out, "idle at end")) << two.out;
+  EXPECT_TRUE(contains(two.out, "idle at end"));
 }
 
 }  // namespace

@@ -109,7 +109,7 @@ TEST(Checkpoint, a_render_that_was_stopped_for_a_while_goes_on) {
   kill(child, SIGINT);
   const Outcome outcome = here.wait(child);
   EXPECT_EQ(outcome.code, 130) << outcome.err;
-  EXPECT_FALSE(contains(outcome.err, "given up")) << outcome.err;
+  EXPECT_FALSE(contains(outcome.err, "given up"));
 }
 
 TEST(Checkpoint, is_a_picture_and_a_finished_one_takes_more_samples_but_no_fewer) {
@@ -119,12 +119,12 @@ TEST(Checkpoint, is_a_picture_and_a_finished_one_takes_more_samples_but_no_fewer
   EXPECT_EQ(read_exr(here / "c.exr").planes, read_exr(here / "out.exr").planes);
   const Outcome more = here.eikon(cornell(keep + "--spp 16"));
   EXPECT_TRUE(succeeded(more));
-  EXPECT_TRUE(contains(more.out, "2880 samples before and 4800 samples")) << more.out;
+  EXPECT_TRUE(contains(more.out, "2880 samples before and 4800 samples"));
   expect_undisturbed(here, "--size 24x20 --quiet --spp 16");
   const std::string before = read_bytes(here / "out.exr");
   const Outcome fewer = here.eikon(cornell(keep + "--spp 8"));
   EXPECT_EQ(fewer.code, 1);
-  EXPECT_TRUE(contains(fewer.err, "3840 samples beyond")) << fewer.err;
+  EXPECT_TRUE(contains(fewer.err, "3840 samples beyond"));
   EXPECT_EQ(read_exr(here / "out.exr").planes, read_exr(here / "whole.exr").planes);
   // Nothing left to do: all the same picture.
   EXPECT_TRUE(succeeded(here.eikon(cornell(keep + "--spp 16"))));
@@ -172,7 +172,7 @@ TEST(Checkpoint, of_another_image_is_refused_with_what_differs_and_left_as_it_is
   }
   const Outcome other = here.eikon("render " + scene("furnace.gltf") + " -o out.exr --resume " + usual + size);
   EXPECT_TRUE(refused(other, 3));
-  EXPECT_TRUE(contains(other.err, "its scene's hash is")) << other.err;
+  EXPECT_TRUE(contains(other.err, "its scene's hash is"));
   EXPECT_EQ(read_bytes(here / "c.exr"), before);
 }
 
@@ -242,7 +242,7 @@ TEST(Checkpoint, of_a_finished_render_gives_the_picture_without_any_device) {
   ASSERT_EQ(here.eikon(cornell("--size 24x20 --spp 7 --quiet --checkpoint c.exr --aov albedo --resume"), none).code, 4);
   const Outcome outcome = here.eikon(cornell(keep + "--png out.png --resume --stats s.json --profile p.json"), none);
   EXPECT_TRUE(succeeded(outcome));
-  EXPECT_TRUE(contains(outcome.out, "2880 samples before and 0 samples")) << outcome.out;
+  EXPECT_TRUE(contains(outcome.out, "2880 samples before and 0 samples"));
   EXPECT_EQ(read_exr(here / "out.exr").planes, read_exr(here / "first.exr").planes);
   EXPECT_EQ(read_bytes(here / "out.png"), png);
   EXPECT_EQ(read_bytes(here / "c.exr"), checkpoint);

@@ -17,7 +17,7 @@ void expect_goes_on(const Workplace& here, const std::string& from, const std::s
   const Outcome rest = here.eikon("render " + scene("cornell.gltf") + " -o whole.exr " + kImage + flags +
                                   "--checkpoint '" + (here / from).string() + "' --resume --stats stats.json");
   ASSERT_TRUE(succeeded(rest));
-  EXPECT_TRUE(contains(rest.out, fmt::format("{} samples before and ", before))) << rest.out;
+  EXPECT_TRUE(contains(rest.out, fmt::format("{} samples before and ", before)));
   ASSERT_TRUE(succeeded(here.eikon("render " + scene("cornell.gltf") + " -o undisturbed.exr " + kImage + flags)));
   EXPECT_EQ(read_exr(here / "whole.exr").planes, read_exr(here / "undisturbed.exr").planes);
 }
@@ -87,11 +87,11 @@ TEST(Keep, a_picture_that_does_not_fit_on_its_disk_is_kept_where_it_does) {
   // Nowhere: a line, and nothing is left.
   const Outcome nowhere = on_small_disk(here, "8k", "TMPDIR=$PWD/disk " + render);
   EXPECT_TRUE(refused(nowhere, 3)) << nowhere.out;
-  EXPECT_FALSE(contains(nowhere.err, "kept")) << nowhere.err;
+  EXPECT_FALSE(contains(nowhere.err, "kept"));
   // Where there is a checkpoint, that is named.
   const Outcome saved = on_small_disk(here, "8k", "TMPDIR=$PWD/temporary " + render + " --checkpoint c.exr");
   EXPECT_TRUE(refused(saved, 3)) << saved.out;
-  EXPECT_TRUE(contains(saved.err, "c.exr holds what is done")) << saved.err;
+  EXPECT_TRUE(contains(saved.err, "c.exr holds what is done"));
   EXPECT_TRUE(std::filesystem::is_empty(here / "temporary"));
 }
 

@@ -72,7 +72,7 @@ TEST(DepthSeries, writes_a_picture_for_each_and_refuses_to_overwrite) {
   std::filesystem::create_directory(here / "taken.depth1.exr");
   const Outcome outcome = here.eikon("render " + scene("cornell.gltf") + " -o taken.exr --size 8x8 --depth-series 1");
   EXPECT_TRUE(refused(outcome, kInput));
-  EXPECT_TRUE(contains(outcome.err, "taken.depth1.exr")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "taken.depth1.exr"));
   EXPECT_FALSE(std::filesystem::exists(here / "taken.exr"));
 }
 
@@ -100,10 +100,10 @@ TEST(Denoise, without_the_library_is_one_line_before_anything_is_rendered) {
   const Workplace here;
   const Outcome missing = here.eikon(cornell("--size 8x8 --denoise"), "EIKON_OIDN=/nowhere/libOpenImageDenoise.so.2");
   EXPECT_TRUE(refused(missing, kInput));
-  EXPECT_TRUE(contains(missing.err, "Open Image Denoise")) << missing.err;
+  EXPECT_TRUE(contains(missing.err, "Open Image Denoise"));
   const Outcome other = here.eikon(cornell("--size 8x8 --denoise"), "EIKON_OIDN=libm.so.6");
   EXPECT_TRUE(refused(other, kInput));
-  EXPECT_TRUE(contains(other.err, "is not Open Image Denoise 2")) << other.err;
+  EXPECT_TRUE(contains(other.err, "is not Open Image Denoise 2"));
   EXPECT_TRUE(here.files().empty());
 }
 
@@ -124,8 +124,8 @@ TEST(Meter, says_what_it_measured_and_how_surely) {
   // Up into the lamp.
   const Outcome lamp = here.eikon("meter " + scene("cornell.gltf") + " --at 0.278,0.3,0.28 --from 0,1,0 --spp 1");
   ASSERT_TRUE(succeeded(lamp));
-  EXPECT_TRUE(contains(lamp.out, "radiance at")) << lamp.out;
-  EXPECT_TRUE(contains(lamp.out, "W/(sr m^2)")) << lamp.out;
+  EXPECT_TRUE(contains(lamp.out, "radiance at"));
+  EXPECT_TRUE(contains(lamp.out, "W/(sr m^2)"));
 }
 
 TEST(Meter, says_which_paths_it_left_out_and_refuses_them_with_strict) {
@@ -134,8 +134,7 @@ TEST(Meter, says_which_paths_it_left_out_and_refuses_them_with_strict) {
       "meter " + scene("sphere_in_sky.gltf") + " --env 1e20,1e20,1e20 --at 0,5,0 --facing 0,1,0 --spp 2";
   const Outcome outcome = here.eikon(bright);
   ASSERT_TRUE(succeeded(outcome));
-  EXPECT_TRUE(contains(outcome.err, "512 samples were rejected (0 not finite, 512 beyond the film's range)"))
-      << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "512 samples were rejected (0 not finite, 512 beyond the film's range)"));
   EXPECT_TRUE(refused(here.eikon(bright + " --strict"), kInput));
 }
 

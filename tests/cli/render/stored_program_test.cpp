@@ -8,7 +8,7 @@ namespace {
 
 constexpr const char* kOwnCache = "POCL_CACHE_DIR=$PWD/cache";
 
-bool runs_on_pocl(const Workplace& here) { return contains(here.eikon("devices").out, "pthread"); }
+bool runs_on_pocl(const Workplace& here) { return bool(contains(here.eikon("devices").out, "pthread")); }
 
 /// Removes PoCL's own folders, or only eikon's.
 void remove_from_cache(const Workplace& here, bool of_eikon) {

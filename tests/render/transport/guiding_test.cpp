@@ -8,6 +8,7 @@
 #include "render/materials/glass_builder.h"
 #include "render/pilot/pilot.h"
 #include "render/scene_builder.h"
+#include "support/messages.h"
 #include "wavefront/memory_need.h"
 
 namespace eikon::test {
@@ -94,8 +95,7 @@ TEST(Guiding, is_off_and_says_so_where_its_tables_do_not_fit) {
   const RenderOutput output = output_of(scene, settings, execution);
   EXPECT_EQ(output.report.pilot.roulette_depth, 0U);
   ASSERT_EQ(output.report.notes.size(), 1U);
-  EXPECT_NE(output.report.notes[0].find("path guiding is off: with its tables"), std::string::npos)
-      << output.report.notes[0];
+  EXPECT_TRUE(contains(output.report.notes[0], "path guiding is off: with its tables"));
   Settings off = settings;
   off.guiding = Guiding::off;
   off.pilot_paths = 0;

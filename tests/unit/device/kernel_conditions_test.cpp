@@ -4,9 +4,12 @@
 #include <gtest/gtest.h>
 
 #include "device/kernel_sources.h"
+#include "support/messages.h"
 
 namespace eikon {
 namespace {
+
+using test::contains;
 
 const std::map<std::string, std::string> kDefines = {{"YES", "1"}, {"ALSO", "1"}, {"NO", "0"}, {"EIGHT", "8"}};
 
@@ -66,8 +69,8 @@ TEST(KernelConditions, take_code_of_absent_features_out_of_kernels) {
   const auto of = [&](const char* value) {
     return without_excluded(text, {{"EK_HAS_light_paths", value}, {"EK_HAS_merging", "0"}});
   };
-  EXPECT_EQ(of("0").find("emission_density("), std::string::npos);
-  EXPECT_NE(of("1").find("emission_density("), std::string::npos);
+  EXPECT_FALSE(contains(of("0"), "emission_density("));
+  EXPECT_TRUE(contains(of("1"), "emission_density("));
 }
 
 }  // namespace

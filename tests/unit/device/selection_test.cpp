@@ -5,9 +5,13 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
+#include "support/messages.h"
 
 namespace eikon {
 namespace {
+
+using test::contains;
+using test::error_of;
 
 DeviceInfo device(std::uint32_t index, const std::string& name, bool gpu, std::uint32_t units) {
   DeviceInfo info;
@@ -31,15 +35,9 @@ std::vector<std::string> chosen(const std::string& selection) {
   return names;
 }
 
-/// The error's message, or "" when there is none of that type.
 template <class Wanted>
 std::string refusal(const std::string& selection) {
-  try {
-    (void)resolve_selection(selection, machine());
-  } catch (const Wanted& error) {
-    return error.what();
-  }
-  return "";
+  return error_of<Wanted>([&] { (void)resolve_selection(selection, machine()); });
 }
 
 using Names = std::vector<std::string>;
@@ -95,17 +93,17 @@ TEST(Selection, a_part_s_selector_chooses_it_alone) {
 }
 
 TEST(Selection, overlaps_are_refused) {
-  EXPECT_NE(refusal<UsageError>("1,1:2x1").find("'Haswell 8 cores' and 'Haswell 8 cores [core 1 of 8]' overlap"),
-            std::string::npos);
+  EXPECT_TRUE(
+      contains(refusal<UsageError>("1,1:2x1"), "'Haswell 8 cores' and 'Haswell 8 cores [core 1 of 8]' overlap"));
   EXPECT_NE(refusal<UsageError>("1:2x4,1:4x2"), "");
   EXPECT_EQ(refusal<UsageError>("1:1x4,1:2x4/2"), "");
 }
 
 TEST(Selection, what_a_device_cannot_give_is_refused) {
-  EXPECT_NE(refusal<DeviceError>("cpu:3x3").find("9 compute units are wanted, and device 1 (Haswell 8 cores) has 8"),
-            std::string::npos);
-  EXPECT_NE(refusal<DeviceError>("0:2x1").find("makes no sub-devices"), std::string::npos);
-  EXPECT_NE(refusal<DeviceError>("3").find("0: Big GPU, 1: Haswell 8 cores, 2: Small GPU"), std::string::npos);
+  EXPECT_TRUE(
+      contains(refusal<DeviceError>("cpu:3x3"), "9 compute units are wanted, and device 1 (Haswell 8 cores) has 8"));
+  EXPECT_TRUE(contains(refusal<DeviceError>("0:2x1"), "makes no sub-devices"));
+  EXPECT_TRUE(contains(refusal<DeviceError>("3"), "0: Big GPU, 1: Haswell 8 cores, 2: Small GPU"));
   EXPECT_NE(refusal<DeviceError>("cpu:2x4294967295"), "");
 }
 
@@ -113,8 +111,7 @@ TEST(Selection, what_does_not_parse_is_refused_with_the_entry) {
   for (const char* const bad :
        {"cpu:", "cpu:2", "cpu:x1", "cpu:2x", "cpu:0x1", "cpu:1x0", "cpu:2x1+", "cpu:+2x1", "cpu:-1x1", "cpu:2x1x1",
         "cpu:2 x1", "cpu:1025x1", "cpu:9999999999x1", "cpu:2x1/", "cpu:2x1/0", "cpu:2x1/3", "cpu:2x1/a", "cpu:/1"})
-    EXPECT_NE(refusal<UsageError>(std::string("0,") + bad).find("'" + std::string(bad) + "'"), std::string::npos)
-        << bad;
+    EXPECT_TRUE(contains(refusal<UsageError>(std::string("0,") + bad), "'" + std::string(bad) + "'")) << bad;
   EXPECT_NE(refusal<DeviceError>(""), "");
   EXPECT_NE(refusal<DeviceError>("0,"), "");
   EXPECT_NE(refusal<DeviceError>(":2x1"), "");
@@ -153,14 +150,13 @@ TEST(Selection, one_processor_under_two_platforms_is_taken_once_by_kind_and_twic
     ASSERT_EQ(chosen.devices.size(), 1U) << kind;
     EXPECT_EQ(chosen.devices[0].index, 0U);
     ASSERT_EQ(chosen.notes.size(), 1U);
-    EXPECT_NE(chosen.notes[0].find("device 1 (AMD EPYC, B) is the hardware of device 0 (A), and is left out"),
-              std::string::npos);
+    EXPECT_TRUE(contains(chosen.notes[0], "device 1 (AMD EPYC, B) is the hardware of device 0 (A), and is left out"));
   }
   for (const char* const both : {"0,1", "all,1", "epyc"}) {
     const Selection chosen = resolve_selection(both, two);
     EXPECT_EQ(chosen.devices.size(), 2U) << both;
     ASSERT_FALSE(chosen.notes.empty());
-    EXPECT_NE(chosen.notes.back().find("are one piece of hardware"), std::string::npos);
+    EXPECT_TRUE(contains(chosen.notes.back(), "are one piece of hardware"));
   }
   EXPECT_TRUE(resolve_selection("1", two).notes.empty());
 }
@@ -171,7 +167,7 @@ TEST(Selection, of_one_piece_of_hardware_the_driver_that_is_right_is_taken) {
   const Selection chosen = resolve_selection("all", two, [](const DeviceInfo& info) { return info.index == 1; });
   ASSERT_EQ(chosen.devices.size(), 1U);
   EXPECT_EQ(chosen.devices[0].index, 1U);
-  EXPECT_NE(chosen.notes.at(0).find("reads memory rightly"), std::string::npos);
+  EXPECT_TRUE(contains(chosen.notes.at(0), "reads memory rightly"));
   const Selection neither = resolve_selection("all", two, [](const DeviceInfo&) { return false; });
   EXPECT_EQ(neither.devices.at(0).index, 0U);
 }
@@ -183,7 +179,7 @@ TEST(Selection, of_one_piece_of_hardware_the_driver_that_promises_exact_arithmet
   const Selection chosen = resolve_selection("all", two);
   ASSERT_EQ(chosen.devices.size(), 1U);
   EXPECT_EQ(chosen.devices[0].index, 1U);
-  EXPECT_NE(chosen.notes.at(0).find("promises exact arithmetic"), std::string::npos);
+  EXPECT_TRUE(contains(chosen.notes.at(0), "promises exact arithmetic"));
   const Selection wrong = resolve_selection("all", two, [](const DeviceInfo& info) { return info.index == 0; });
   EXPECT_EQ(wrong.devices.at(0).index, 0U) << "being right counts for more";
 }

@@ -22,11 +22,13 @@
 #include "film/exr/film_file.h"
 #include "film/units.h"
 #include "image/image.h"
+#include "support/messages.h"
 #include "support/temporary_folder.h"
 
 namespace eikon {
 namespace {
 
+using test::contains;
 using test::small_layout;
 using test::TemporaryFolder;
 
@@ -77,7 +79,7 @@ TEST(Mattes, manifests_say_every_name_once_in_utf8) {
   EXPECT_EQ(mattes.ids[0][0], 0U);
   EXPECT_EQ(mattes.ids[0][1], mattes.ids[0][3]);
   const std::string& text = mattes.manifests.at("cryptomatte_object");
-  EXPECT_EQ(text.find('\n'), std::string::npos);
+  EXPECT_FALSE(contains(text, "\n"));
   const auto manifest = nlohmann::json::parse(text);
   EXPECT_EQ(manifest.size(), 3U);
   for (const auto& [name, id] : manifest.items()) EXPECT_EQ(id, matte_hex(matte_id(name)));
@@ -248,7 +250,7 @@ TEST(Mattes, no_changed_byte_gives_other_counts) {
       ASSERT_TRUE(same_mattes(back, film)) << at;
     } catch (const InputError& error) {
       ++refused;
-      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+      EXPECT_FALSE(contains(error.what(), "\n"));
     }
   }
   EXPECT_GT(refused, 100);

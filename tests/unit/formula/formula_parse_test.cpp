@@ -12,9 +12,12 @@
 #include "formula/evaluate.h"
 #include "formula/kernel_code.h"
 #include "formula/parse.h"
+#include "support/messages.h"
 
 namespace eikon::formula {
 namespace {
+
+using test::contains;
 
 float at(const std::string& text, float x, float y, float z) {
   const Formula f = parse_formula(text);
@@ -22,12 +25,7 @@ float at(const std::string& text, float x, float y, float z) {
 }
 
 std::string refusal(const std::string& text) {
-  try {
-    (void)parse_formula(text);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return test::error_of([&] { (void)parse_formula(text); });
 }
 
 TEST(FormulaParse, operators_bind_as_in_mathematics) {
@@ -133,13 +131,12 @@ TEST(FormulaParse, what_does_not_parse_is_refused_with_its_column) {
   EXPECT_EQ(refusal(std::string(4097, 'x')), "too long: 4097 characters; at most 4096");
   EXPECT_EQ(refusal(std::string(63, '(') + "x" + std::string(63, ')')), "");
   EXPECT_EQ(refusal(std::string(64, '(') + "x" + std::string(64, ')')), "column 65: nested more than 64 deep");
-  EXPECT_NE(refusal([] {
-              std::string text = "x";
-              for (int i = 0; i < 300; ++i) text += fmt::format("*sin({}*x+y)", i + 2);
-              return text.substr(0, kMostCharacters).substr(0, text.rfind("*sin"));
-            }())
-                .find("too complex"),
-            std::string::npos);
+  EXPECT_TRUE(contains(refusal([] {
+                         std::string text = "x";
+                         for (int i = 0; i < 300; ++i) text += fmt::format("*sin({}*x+y)", i + 2);
+                         return text.substr(0, kMostCharacters).substr(0, text.rfind("*sin"));
+                       }()),
+                       "too complex"));
 }
 
 TEST(FormulaParse, no_text_crashes_it_and_what_it_accepts_has_kernel_code_and_values) {
@@ -187,7 +184,7 @@ TEST(FormulaParse, no_text_crashes_it_and_what_it_accepts_has_kernel_code_and_va
         EXPECT_GT(kernel_code({f}).size(), 100U);
       }
     } catch (const InputError& error) {
-      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << text;
+      EXPECT_FALSE(contains(error.what(), "\n")) << text;
     }
   }
   EXPECT_GT(accepted, 20000U);
@@ -196,10 +193,10 @@ TEST(FormulaParse, no_text_crashes_it_and_what_it_accepts_has_kernel_code_and_va
 
 TEST(FormulaParse, kernel_code_divides_and_takes_roots_as_all_kernels_do) {
   const std::string code = kernel_code({parse_formula("x/y+sqrt(z)")});
-  EXPECT_NE(code.find("div_f("), std::string::npos);
-  EXPECT_NE(code.find("sqrt_f("), std::string::npos);
-  EXPECT_EQ(code.find(" / "), std::string::npos) << code;
-  EXPECT_EQ(code.find(" sqrt("), std::string::npos) << code;
+  EXPECT_TRUE(contains(code, "div_f("));
+  EXPECT_TRUE(contains(code, "sqrt_f("));
+  EXPECT_FALSE(contains(code, " / "));
+  EXPECT_FALSE(contains(code, " sqrt("));
 }
 
 }  // namespace

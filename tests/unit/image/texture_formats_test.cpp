@@ -8,37 +8,23 @@
 #include <span>
 
 #include "core/error.h"
-#include "image/decode_picture.h"
 #include "support/paths.h"
 #include "support/picture_builder.h"
 #include "support/temporary_folder.h"
+#include "unit/image/decoded_picture.h"
 
 namespace eikon {
 namespace {
 
+using picture_test::bytes_of;
+using picture_test::decoded;
 using picture_test::ktx2;
 using picture_test::Ktx2Options;
+using picture_test::refusal;
 using picture_test::Samples;
 using picture_test::webp;
+using test::contains;
 using Pixels = std::vector<std::uint32_t>;
-
-std::span<const std::byte> bytes_in(const std::string& file) { return std::as_bytes(std::span(file)); }
-
-Pixels decoded(const std::string& file) { return decode_picture(bytes_in(file), read_picture_header(bytes_in(file))); }
-
-std::string refused(const std::string& file) {
-  try {
-    decoded(file);
-  } catch (const InputError& e) {
-    const std::string what = e.what();
-    EXPECT_EQ(what.find('\n'), std::string::npos) << what;
-    return what;
-  }
-  ADD_FAILURE() << "accepted";
-  return {};
-}
-
-bool says(const std::string& text, const char* part) { return text.find(part) != std::string::npos; }
 
 /// A red, a green, a blue and a half transparent pixel, as four samples each.
 const Samples kFour{250, 1, 2, 255, 3, 240, 4, 255, 5, 6, 230, 255, 7, 8, 9, 128};
@@ -69,22 +55,22 @@ TEST(DecodeWebp, lossy_pixels_come_out_nearly_so_with_their_alpha) {
 }
 
 TEST(DecodeWebp, memory_of_the_decoder_is_known_before) {
-  EXPECT_EQ(read_picture_header(bytes_in(webp(2, 2, kFour, true))).scratch_bytes, 16U);
-  EXPECT_EQ(read_picture_header(bytes_in(webp(16, 16, plain(256, {1, 2, 3, 255}), false))).scratch_bytes, 0U);
-  EXPECT_EQ(read_picture_header(bytes_in(webp(16, 16, plain(256, {1, 2, 3, 9}), false))).scratch_bytes, 512U);
+  EXPECT_EQ(read_picture_header(bytes_of(webp(2, 2, kFour, true))).scratch_bytes, 16U);
+  EXPECT_EQ(read_picture_header(bytes_of(webp(16, 16, plain(256, {1, 2, 3, 255}), false))).scratch_bytes, 0U);
+  EXPECT_EQ(read_picture_header(bytes_of(webp(16, 16, plain(256, {1, 2, 3, 9}), false))).scratch_bytes, 512U);
 }
 
 TEST(DecodeWebp, an_animation_is_refused_by_name) {
   std::string file = webp(16, 16, plain(256, {1, 2, 3, 9}), false);  // has the extended header, because of its alpha
   ASSERT_EQ(file.substr(12, 4), "VP8X");
   file[20] = static_cast<char>(file[20] | 2);
-  EXPECT_TRUE(says(refused(file), "animated WebP"));
+  EXPECT_TRUE(contains(refusal(file), "animated WebP"));
 }
 
 TEST(DecodeWebp, a_file_cut_anywhere_is_an_error) {
   for (const bool lossless : {true, false}) {
     const std::string good = webp(16, 16, plain(256, {200, 100, 50, 77}), lossless);
-    for (std::size_t size = 0; size + 1 < good.size(); ++size) refused(good.substr(0, size));
+    for (std::size_t size = 0; size + 1 < good.size(); ++size) refusal(good.substr(0, size));
   }
 }
 
@@ -96,9 +82,9 @@ TEST(DecodeWebp, changed_bytes_give_a_picture_or_an_error) {
         std::string changed = good;
         changed[at] = static_cast<char>(value);
         try {
-          const PictureHeader header = read_picture_header(bytes_in(changed));
+          const PictureHeader header = read_picture_header(bytes_of(changed));
           if (std::uint64_t{header.width} * header.height > 1U << 20U) continue;
-          ASSERT_EQ(decode_picture(bytes_in(changed), header).size(), std::size_t{header.width} * header.height);
+          ASSERT_EQ(decode_picture(bytes_of(changed), header).size(), std::size_t{header.width} * header.height);
         } catch (const InputError&) {
         }
       }
@@ -137,28 +123,28 @@ TEST(DecodeKtx2, plain_texels_are_read_packed_or_not) {
 
 TEST(DecodeKtx2, packed_texels_that_lie_about_their_number_are_refused) {
   const Ktx2Options options{.scheme = 2, .unpacked = 16};
-  EXPECT_TRUE(says(refused(ktx2(2, 2, zstandard({1, 2, 3}), options)), "end early"));
+  EXPECT_TRUE(contains(refusal(ktx2(2, 2, zstandard({1, 2, 3}), options)), "end early"));
   EXPECT_TRUE(
-      says(refused(ktx2(2, 2, zstandard(Samples(32, 1)), options)), "Zstandard: Destination buffer is too small"));
-  EXPECT_TRUE(says(refused(ktx2(2, 2, zstandard(kFour), {.scheme = 2, .unpacked = 15})), "do not hold"));
-  EXPECT_TRUE(says(refused(ktx2(2, 2, {1, 2, 3}, options)), "Zstandard: "));
+      contains(refusal(ktx2(2, 2, zstandard(Samples(32, 1)), options)), "Zstandard: Destination buffer is too small"));
+  EXPECT_TRUE(contains(refusal(ktx2(2, 2, zstandard(kFour), {.scheme = 2, .unpacked = 15})), "do not hold"));
+  EXPECT_TRUE(contains(refusal(ktx2(2, 2, {1, 2, 3}, options)), "Zstandard: "));
   // Memory for the unpacked pixels is bounded by what the header says.
-  EXPECT_EQ(read_picture_header(bytes_in(ktx2(2, 2, zstandard(kFour), options))).scratch_bytes, 16U);
+  EXPECT_EQ(read_picture_header(bytes_of(ktx2(2, 2, zstandard(kFour), options))).scratch_bytes, 16U);
 }
 
 TEST(DecodeKtx2, what_is_no_picture_is_refused) {
   for (const Ktx2Options& options : {Ktx2Options{.depth = 2}, Ktx2Options{.layers = 2}, Ktx2Options{.faces = 6}})
-    EXPECT_TRUE(says(refused(ktx2(2, 2, kFour, options)), "several"));
-  EXPECT_TRUE(says(refused(ktx2(2, 2, kFour, {.format = 145})), "VkFormat 145"));
-  EXPECT_TRUE(says(refused(ktx2(2, 2, kFour, {.scheme = 3})), "supercompression 3"));
-  EXPECT_TRUE(says(refused(ktx2(2, 2, kFour, {.format = 0})), "colour model 0 and supercompression 0"));
-  EXPECT_TRUE(says(refused(ktx2(0, 2, kFour)), "dimensions"));
-  EXPECT_TRUE(says(refused(ktx2(2, 0, kFour)), "dimensions"));
-  EXPECT_TRUE(says(refused(ktx2(3, 2, kFour)), "do not hold"));
-  EXPECT_TRUE(says(refused(ktx2(0xFFFFFFFFU, 0xFFFFFFFFU, kFour)), "do not hold"));
-  EXPECT_TRUE(says(refused(ktx2(65537, 1, Samples(4 * 65537))), "more than"));
+    EXPECT_TRUE(contains(refusal(ktx2(2, 2, kFour, options)), "several"));
+  EXPECT_TRUE(contains(refusal(ktx2(2, 2, kFour, {.format = 145})), "VkFormat 145"));
+  EXPECT_TRUE(contains(refusal(ktx2(2, 2, kFour, {.scheme = 3})), "supercompression 3"));
+  EXPECT_TRUE(contains(refusal(ktx2(2, 2, kFour, {.format = 0})), "colour model 0 and supercompression 0"));
+  EXPECT_TRUE(contains(refusal(ktx2(0, 2, kFour)), "dimensions"));
+  EXPECT_TRUE(contains(refusal(ktx2(2, 0, kFour)), "dimensions"));
+  EXPECT_TRUE(contains(refusal(ktx2(3, 2, kFour)), "do not hold"));
+  EXPECT_TRUE(contains(refusal(ktx2(0xFFFFFFFFU, 0xFFFFFFFFU, kFour)), "do not hold"));
+  EXPECT_TRUE(contains(refusal(ktx2(65537, 1, Samples(4 * 65537))), "more than"));
   const std::string good = ktx2(2, 2, kFour);
-  for (std::size_t size = 0; size < good.size(); ++size) refused(good.substr(0, size));
+  for (std::size_t size = 0; size < good.size(); ++size) refusal(good.substr(0, size));
 }
 
 TEST(DecodeKtx2, both_codecs_of_basis_universal_give_their_picture) {
@@ -175,7 +161,7 @@ TEST(DecodeKtx2, both_codecs_of_basis_universal_give_their_picture) {
 
 TEST(DecodeKtx2, damaged_basis_universal_is_refused_in_one_line_or_read) {
   for (const std::string& good : {picture_test::etc1s_quarters(), picture_test::uastc_quarters()}) {
-    for (std::size_t size = 0; size < good.size(); ++size) refused(good.substr(0, size));
+    for (std::size_t size = 0; size < good.size(); ++size) refusal(good.substr(0, size));
     int refusals = 0;
     // The pixels stay 8 x 8, so that no change makes a large picture.
     for (std::size_t at = 28; at < good.size(); ++at)
@@ -185,7 +171,7 @@ TEST(DecodeKtx2, damaged_basis_universal_is_refused_in_one_line_or_read) {
         try {
           EXPECT_EQ(decoded(bad).size(), 64U);
         } catch (const InputError& e) {
-          EXPECT_EQ(std::string(e.what()).find('\n'), std::string::npos) << e.what();
+          EXPECT_FALSE(contains(e.what(), "\n"));
           ++refusals;
         }
       }

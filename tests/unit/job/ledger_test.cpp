@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
+#include "support/messages.h"
 #include "support/temporary_folder.h"
 
 namespace eikon::test {
@@ -34,7 +35,7 @@ LedgerEntry entry(const std::string& state, const std::string& key, const std::s
 TEST(Ledger, a_line_says_all_of_an_entry) {
   const LedgerEntry made = entry("done", "k", "out.exr");
   const std::string line = to_json(made);
-  EXPECT_EQ(line.find('\n'), std::string::npos);
+  EXPECT_FALSE(contains(line, "\n"));
   const std::optional<LedgerEntry> read = parse_entry(line);
   ASSERT_TRUE(read.has_value());
   EXPECT_EQ(read->state, made.state);

@@ -11,9 +11,12 @@
 #include "io/text.h"
 #include "page/page_picture.h"
 #include "page/timeline.h"
+#include "support/messages.h"
 
 namespace eikon {
 namespace {
+
+using test::contains;
 
 TEST(Page, text_is_shown_as_it_is) {
   EXPECT_EQ(html_text(R"(<script>"a" & 'b'</script>)"), "&lt;script&gt;&quot;a&quot; &amp; &#39;b&#39;&lt;/script&gt;");
@@ -22,7 +25,7 @@ TEST(Page, text_is_shown_as_it_is) {
 TEST(Page, no_text_of_the_data_ends_its_element) {
   const Json data = {{"</script><!--", "<script>\xff"}};
   const std::string text = script_json(data);
-  EXPECT_EQ(text.find('<'), std::string::npos) << text;
+  EXPECT_FALSE(contains(text, "<"));
   EXPECT_EQ(Json::parse(text).at("</script><!--"), "<script>\xEF\xBF\xBD");  // what is no UTF-8 is replaced
 }
 

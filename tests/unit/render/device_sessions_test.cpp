@@ -12,6 +12,7 @@
 
 #include "core/error.h"
 #include "support/lost_threads.h"
+#include "support/messages.h"
 #include "unit/render/fake_devices.h"
 
 namespace eikon::test {
@@ -148,7 +149,7 @@ TEST(DeviceSessions, a_device_that_failed_and_hangs_when_it_is_closed_is_given_u
     const Outcome outcome = run(one, kWatchdog_s);
     least_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     EXPECT_EQ(outcome.state, DeviceSessions::State::no_device_left);
-    EXPECT_NE(outcome.failure_summary.find("it is broken; then closing it did not end within"), std::string::npos)
+    EXPECT_TRUE(contains(outcome.failure_summary, "it is broken; then closing it did not end within"))
         << outcome.failure_summary;
   }
   EXPECT_LT(least_s, kInTime_s);
@@ -191,7 +192,7 @@ TEST(DeviceSessions, a_device_too_slow_for_the_rest_is_left_out_and_that_is_said
   for (const DeviceEvent& event : outcome.events)
     if (event.kind == DeviceEvent::Kind::left_out) {
       EXPECT_EQ(event.text.rfind("it was left out of the last ", 0), 0U) << event.text;
-      EXPECT_NE(event.text.find(" % of the work: its units would have been late"), std::string::npos) << event.text;
+      EXPECT_TRUE(contains(event.text, " % of the work: its units would have been late"));
     }
   EXPECT_FALSE(outcome.has(0, DeviceEvent::Kind::left_out));
 }
@@ -229,7 +230,7 @@ TEST(DeviceSessions, when_all_devices_fail_what_is_done_stays) {
   EXPECT_EQ(outcome.state, DeviceSessions::State::no_device_left);
   EXPECT_GT(outcome.totals.samples, 0U);
   EXPECT_EQ(outcome.film->sample_set.sample_count(), outcome.totals.samples);
-  EXPECT_NE(outcome.failure_summary.find("it is broken"), std::string::npos);
+  EXPECT_TRUE(contains(outcome.failure_summary, "it is broken"));
 }
 
 TEST(DeviceSessions, an_error_that_is_not_the_devices_ends_it) {
@@ -270,7 +271,7 @@ TEST(DeviceSessions, the_only_device_that_hangs_ends_it_in_time) {
   EXPECT_EQ(outcome.state, DeviceSessions::State::no_device_left);
   EXPECT_GT(outcome.totals.samples, 0U);
   EXPECT_TRUE(outcome.has(0, DeviceEvent::Kind::hung));
-  EXPECT_NE(outcome.failure_summary.find("did not end within"), std::string::npos);
+  EXPECT_TRUE(contains(outcome.failure_summary, "did not end within"));
 }
 
 TEST(DeviceSessions, opening_that_hangs_is_given_up_when_the_others_are_done) {

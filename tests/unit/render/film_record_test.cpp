@@ -8,11 +8,14 @@
 #include "core/error.h"
 #include "support/film_builder.h"
 #include "film/exr/film_file.h"
+#include "support/messages.h"
 #include "support/temporary_folder.h"
 
 namespace eikon {
 namespace {
 
+using test::contains;
+using test::error_of;
 using test::random_film;
 using test::small_layout;
 using test::TemporaryFolder;
@@ -51,12 +54,7 @@ FilmRecord some_record() {
 }
 
 std::string refusal(const std::string& text) {
-  try {
-    static_cast<void>(parse_film_record(text, small_layout(9, 7)));
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return error_of([&] { static_cast<void>(parse_film_record(text, small_layout(9, 7))); });
 }
 
 TEST(FilmRecord, says_so_where_samples_are_guided_in_several_ways) {
@@ -73,7 +71,7 @@ TEST(FilmRecord, says_so_where_samples_are_guided_in_several_ways) {
   EXPECT_TRUE(notes.empty());
   agree_on_pilot(begin, Settings(), left_out, notes);  // as where a device has no memory for the table
   ASSERT_EQ(notes.size(), 1U);
-  EXPECT_NE(notes[0].find("no bias, but other bits"), std::string::npos) << notes[0];
+  EXPECT_TRUE(contains(notes[0], "no bias, but other bits"));
   EXPECT_EQ(note_of_guiding(begin.guiding), notes[0]);
 }
 
@@ -194,7 +192,7 @@ TEST(FilmRecord, no_changed_byte_and_no_missing_one_gives_other_sums) {
         }
       } catch (const InputError& error) {
         ++refused;
-        EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+        EXPECT_FALSE(contains(error.what(), "\n"));
       }
     };
     for (std::size_t at = 0; at < whole.size(); at += quick ? 2 : 7) {

@@ -7,12 +7,14 @@
 
 #include "core/error.h"
 #include "support/film_builder.h"
+#include "support/messages.h"
 #include "support/signed_pilot.h"
 #include "support/temporary_folder.h"
 
 namespace eikon {
 namespace {
 
+using test::error_of;
 using test::signed_again;
 using test::small_layout;
 using test::TemporaryFolder;
@@ -53,12 +55,7 @@ Pilot some_pilot() {
 }
 
 std::string pilot_refusal(const std::string& bytes, const std::vector<ImageSetting>& settings = settings_of()) {
-  try {
-    static_cast<void>(parse_pilot(bytes, settings));
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return error_of([&] { static_cast<void>(parse_pilot(bytes, settings)); });
 }
 
 TEST(PilotFile, comes_back_whole) {

@@ -5,9 +5,14 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
+#include "support/messages.h"
 
 namespace eikon {
 namespace {
+
+using test::contains;
+using test::error_of;
+using test::message_of;
 
 DeviceInfo device_of(std::uint64_t memory, std::uint64_t one_buffer) {
   DeviceInfo device;
@@ -20,12 +25,7 @@ DeviceInfo device_of(std::uint64_t memory, std::uint64_t one_buffer) {
 std::string refusal(const MemoryNeed& need, const DeviceInfo& device, std::uint64_t cap = 0) {
   Execution execution;
   execution.memory_bytes = cap;
-  try {
-    require_memory(need, device, execution);
-  } catch (const DeviceError& error) {
-    return error.what();
-  }
-  return "";
+  return error_of<DeviceError>([&] { require_memory(need, device, execution); });
 }
 
 constexpr std::uint64_t kMega = 1U << 20;
@@ -44,31 +44,30 @@ TEST(Memory, what_does_not_fit_is_refused_with_every_figure_in_one_line) {
         refusal(need, device_of(900 * kMega, 900 * kMega), 599 * kMega)}) {
     for (const char* part :
          {"'toaster'", "textures 300.0 MB", "geometry 200.0 MB", "paths in flight 100.0 MB", "smaller images"})
-      EXPECT_NE(line.find(part), std::string::npos) << part << " is not in: " << line;
-    EXPECT_EQ(line.find('\n'), std::string::npos);
+      EXPECT_TRUE(contains(line, part));
+    EXPECT_FALSE(contains(line, "\n"));
   }
-  EXPECT_NE(refusal(need, device_of(599 * kMega, 599 * kMega)).find("its memory is 599.0 MB"), std::string::npos);
-  EXPECT_NE(refusal(need, device_of(600 * kMega, 299 * kMega)).find("which may have 299.0 MB"), std::string::npos);
-  EXPECT_NE(refusal(need, device_of(900 * kMega, 900 * kMega), 599 * kMega).find("--memory is 599.0 MB"),
-            std::string::npos);
+  EXPECT_TRUE(contains(refusal(need, device_of(599 * kMega, 599 * kMega)), "its memory is 599.0 MB"));
+  EXPECT_TRUE(contains(refusal(need, device_of(600 * kMega, 299 * kMega)), "which may have 299.0 MB"));
+  EXPECT_TRUE(contains(refusal(need, device_of(900 * kMega, 900 * kMega), 599 * kMega), "--memory is 599.0 MB"));
 }
 
 TEST(Memory, photons_are_counted_and_named_where_there_are_some) {
   MemoryNeed need{kMega, kMega, kMega, 0, "the textures", kMega};
-  EXPECT_EQ(refusal(need, device_of(2 * kMega, 2 * kMega)).find("photons"), std::string::npos);
+  EXPECT_FALSE(contains(refusal(need, device_of(2 * kMega, 2 * kMega)), "photons"));
   need.photons = 20 * kMega;
   EXPECT_EQ(refusal(need, device_of(23 * kMega, 23 * kMega)), "");
   const std::string line = refusal(need, device_of(22 * kMega, 22 * kMega));
-  EXPECT_NE(line.find("it needs 23.0 MB"), std::string::npos) << line;
-  EXPECT_NE(line.find("photons 20.0 MB"), std::string::npos) << line;
-  EXPECT_NE(line.find("leave out --caustics merge"), std::string::npos) << line;
+  EXPECT_TRUE(contains(line, "it needs 23.0 MB"));
+  EXPECT_TRUE(contains(line, "photons 20.0 MB"));
+  EXPECT_TRUE(contains(line, "leave out --caustics merge"));
 }
 
 TEST(Memory, a_limit_of_the_control_group_is_named) {
   DeviceInfo device = device_of(100 * kMega, 100 * kMega);
   device.memory_limit = "/sys/fs/cgroup/memory.max";
   const MemoryNeed need{300 * kMega, 200 * kMega, 100 * kMega, 0, "the textures", 300 * kMega};
-  EXPECT_NE(refusal(need, device).find("what /sys/fs/cgroup/memory.max allows is 100.0 MB"), std::string::npos);
+  EXPECT_TRUE(contains(refusal(need, device), "what /sys/fs/cgroup/memory.max allows is 100.0 MB"));
 }
 
 TEST(Memory, a_film_beyond_what_the_process_may_have_is_refused) {
@@ -76,45 +75,37 @@ TEST(Memory, a_film_beyond_what_the_process_may_have_is_refused) {
   layout.width = layout.height = 1024;
   layout.crop = {0, 0, 1024, 1024};
   ASSERT_EQ(film_bytes(layout), kMega * 2 * (3 * 16 + 8));
-  const auto refused = [&](bool copied, std::uint64_t packed, std::uint64_t limit) -> std::string {
-    try {
+  const auto refused = [&](bool copied, std::uint64_t packed, std::uint64_t limit) {
+    return error_of<DeviceError>([&] {
       require_host_memory(layout, copied, packed, {1, "", limit, "/sys/fs/cgroup/memory.max"});
-    } catch (const DeviceError& error) {
-      return error.what();
-    }
-    return "";
+    });
   };
   EXPECT_EQ(refused(false, 8 * kMega, 136 * kMega), "") << "112 MB of sums, and 16 MB for their error";
   EXPECT_EQ(refused(true, 8 * kMega, 232 * kMega), "");
   EXPECT_EQ(refused(true, 8 * kMega, 0), "") << "not known";
   for (const std::string& line : {refused(false, 9 * kMega, 136 * kMega), refused(true, 8 * kMega, 231 * kMega)}) {
-    EXPECT_NE(line.find("/sys/fs/cgroup/memory.max"), std::string::npos) << line;
-    EXPECT_NE(line.find("--crop"), std::string::npos);
+    EXPECT_TRUE(contains(line, "/sys/fs/cgroup/memory.max"));
+    EXPECT_TRUE(contains(line, "--crop"));
   }
 }
 
 TEST(Memory, mostly_geometry_is_told_to_have_less_of_it) {
   const MemoryNeed need{kMega, 200 * kMega, kMega, 0, "the triangles", 150 * kMega};
-  EXPECT_NE(refusal(need, device_of(100 * kMega, 400 * kMega)).find("simpler meshes"), std::string::npos);
-  EXPECT_NE(refusal(need, device_of(100 * kMega, 400 * kMega)).find("it needs 202.0 MB"), std::string::npos);
+  EXPECT_TRUE(contains(refusal(need, device_of(100 * kMega, 400 * kMega)), "simpler meshes"));
+  EXPECT_TRUE(contains(refusal(need, device_of(100 * kMega, 400 * kMega)), "it needs 202.0 MB"));
 }
 
 TEST(Memory, what_two_levels_or_another_accelerator_or_a_smaller_picture_would_save_is_said) {
   MemoryNeed need{kMega, 200 * kMega, kMega, 150 * kMega, "the triangles", 150 * kMega};
   const DeviceInfo device = device_of(100 * kMega, 400 * kMega);
-  EXPECT_NE(refusal(need, device).find("store meshes once (--instances two-level saves about 150.0 MB)"),
-            std::string::npos);
+  EXPECT_TRUE(contains(refusal(need, device), "store meshes once (--instances two-level saves about 150.0 MB)"));
   need.two_level_saving = 0;
   Execution grid;
   grid.accel = "grid";
-  try {
-    require_memory(need, device, grid);
-    ADD_FAILURE() << "it does not fit";
-  } catch (const DeviceError& error) {
-    EXPECT_NE(std::string(error.what()).find("--accel bvh"), std::string::npos) << error.what();
-  }
+  const std::string message = message_of<DeviceError>([&] { require_memory(need, device, grid); });
+  EXPECT_TRUE(contains(message, "--accel bvh"));
   need.paths = 900 * kMega;
-  EXPECT_NE(refusal(need, device).find("--size"), std::string::npos);
+  EXPECT_TRUE(contains(refusal(need, device), "--size"));
 }
 
 TEST(Memory, textures_count_once_and_with_the_bytes_that_their_images_have) {

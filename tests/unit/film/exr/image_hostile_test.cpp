@@ -16,11 +16,15 @@
 #include "support/film_builder.h"
 #include "film/exr/film_file.h"
 #include "image/image.h"
+#include "support/messages.h"
 #include "support/temporary_folder.h"
 
 namespace eikon {
 namespace {
 
+using test::contains;
+using test::error_of;
+using test::message_of;
 using test::read_bytes;
 using test::small_layout;
 using test::TemporaryFolder;
@@ -32,15 +36,10 @@ void write_bytes(const std::filesystem::path& path, const std::string& bytes) {
 /// Calls a reader; anything but an image or an InputError of one line fails the test.
 template <typename Reader>
 bool reads(Reader reader, const std::filesystem::path& path) {
-  try {
-    static_cast<void>(reader(path));
-    return true;
-  } catch (const InputError& error) {
-    const std::string text = error.what();
-    EXPECT_EQ(text.find('\n'), std::string::npos) << text;
-    EXPECT_NE(text.find(path.filename().string()), std::string::npos) << text;
-    return false;
-  }
+  const std::string refusal = error_of([&] { static_cast<void>(reader(path)); });
+  if (refusal.empty()) return true;
+  EXPECT_TRUE(contains(refusal, path.filename().string()));
+  return false;
 }
 
 /// A small file with both parts, whose sums are noise and so do not compress.
@@ -131,12 +130,7 @@ TEST(HostileExr, what_is_no_exr_is_named) {
         std::pair("magic.exr", "cut off or damaged: copy or render it again"),
         std::pair("missing.exr", "no such file; check the name"), std::pair(".", "is a directory")}) {
     EXPECT_THROW(read_film(folder / name), InputError) << name;
-    try {
-      static_cast<void>(read_exr(folder / name));
-      ADD_FAILURE() << name << " was read";
-    } catch (const InputError& error) {
-      EXPECT_NE(std::string(error.what()).find(says), std::string::npos) << error.what();
-    }
+    EXPECT_TRUE(contains(message_of([&, &file = name] { (void)read_exr(folder / file); }), says)) << name;
   }
 }
 
@@ -144,12 +138,7 @@ TEST(HostileExr, a_plain_picture_is_no_film) {
   const TemporaryFolder folder;
   Film film(small_layout(2, 2));
   write_exr(folder / "plain.exr", film, {}, {});
-  try {
-    read_film(folder / "plain.exr");
-    FAIL() << "accepted";
-  } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("plain picture"), std::string::npos) << error.what();
-  }
+  EXPECT_TRUE(contains(message_of([&] { read_film(folder / "plain.exr"); }), "plain picture"));
 }
 
 /// R as half, G as float, B as uint, with a data window that does not begin at 0.

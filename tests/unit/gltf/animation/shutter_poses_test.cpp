@@ -8,14 +8,13 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <numbers>
 
+#include "support/messages.h"
 #include "support/paths.h"
 
 namespace eikon::test {
 namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
-
-bool says(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 Scene triangle_at(const glm::dmat4& place) {
   Scene scene;
@@ -72,7 +71,7 @@ TEST(ShutterPoses, too_fast_a_turn_is_followed_as_well_as_can_be_and_said) {
   const Scene scene = exposed([](double t) { return turning(9, t); });
   EXPECT_EQ(scene.shutter.steps, kMostShutterSteps);
   ASSERT_EQ(scene.warnings.size(), 1U);
-  EXPECT_TRUE(says(scene.warnings[0], "--motion-steps auto: 64 steps")) << scene.warnings[0];
+  EXPECT_TRUE(contains(scene.warnings[0], "--motion-steps auto: 64 steps"));
 }
 
 TEST(ShutterPoses, a_number_of_steps_that_is_asked_for_is_kept) {
@@ -105,8 +104,7 @@ TEST(ShutterPoses, poses_of_other_triangles_are_not_blurred_and_that_is_said) {
   const Scene scene = exposed(vanishes);
   EXPECT_TRUE(scene.poses.empty());
   ASSERT_EQ(scene.warnings.size(), 1U);
-  EXPECT_TRUE(says(scene.warnings[0], "nothing is blurred, as the number of meshes that it shows changes"))
-      << scene.warnings[0];
+  EXPECT_TRUE(contains(scene.warnings[0], "nothing is blurred, as the number of meshes that it shows changes"));
 }
 
 TEST(ShutterPoses, shapes_that_move_stand_still_and_that_is_said) {
@@ -122,7 +120,7 @@ TEST(ShutterPoses, shapes_that_move_stand_still_and_that_is_said) {
   });
   EXPECT_TRUE(scene.poses.empty());
   ASSERT_EQ(scene.warnings.size(), 1U);
-  EXPECT_TRUE(says(scene.warnings[0], "shape 'ball' and 1 more: not blurred")) << scene.warnings[0];
+  EXPECT_TRUE(contains(scene.warnings[0], "shape 'ball' and 1 more: not blurred"));
 }
 
 TEST(ShutterPoses, a_node_that_turns_inside_out_keeps_the_order_of_its_corners) {
@@ -262,8 +260,7 @@ TEST(ShutterPoses, shapes_that_move_until_the_next_frame_are_named) {
   next.shapes[0].world_from_object = glm::translate(glm::dmat4(1), glm::dvec3(1, 0, 0));
   add_next_pose(scene, next);
   ASSERT_EQ(scene.warnings.size(), 1U);
-  EXPECT_TRUE(says(scene.warnings[0], "layer motion: shape 'ball': only the way of the camera is in it"))
-      << scene.warnings[0];
+  EXPECT_TRUE(contains(scene.warnings[0], "layer motion: shape 'ball': only the way of the camera is in it"));
 }
 
 TEST(ShutterPoses, materials_stay_at_the_time_of_the_frame_while_things_move) {

@@ -12,9 +12,9 @@ namespace {
 
 using eikon::load_scene;
 using scene_test::Builder;
+using scene_test::contains;
 using scene_test::glb;
 using scene_test::Json;
-using scene_test::mentions;
 using scene_test::message_of;
 using scene_test::TemporaryFolder;
 using scene_test::u32_bytes;
@@ -39,7 +39,7 @@ TEST(SceneBadFile, text_that_is_not_json_is_refused) {
   };
   for (const auto& [text, says] : rows) {
     const std::string message = message_of([&, &bytes = text] { load_scene(folder.write("a.gltf", bytes)); });
-    EXPECT_TRUE(mentions(message, says)) << message;
+    EXPECT_TRUE(contains(message, says));
   }
 }
 
@@ -53,7 +53,7 @@ TEST(SceneBadFile, G20_json_nested_a_hundred_thousand_deep_is_an_error_not_a_sta
        {head + std::string(depth, '[') + std::string(depth, ']') + "}",
         head + objects + "1" + std::string(depth, '}') + "}", "{" + std::string(depth, '[')}) {
     const std::string message = message_of([&] { load_scene(folder.write("deep.gltf", text)); });
-    EXPECT_TRUE(mentions(message, "nested deeper")) << message;
+    EXPECT_TRUE(contains(message, "nested deeper"));
   }
   // Brackets in strings are no nesting, escaped quotes do not end them.
   const std::string in_string = head + "\"\\\"" + std::string(depth, '[') + "\"}";
@@ -97,30 +97,30 @@ TEST(SceneBadFile, broken_glb_containers_are_refused) {
   };
   for (const auto& [bytes, says] : rows) {
     const std::string message = message_of([&, &content = bytes] { load_scene(folder.write("a.glb", content)); });
-    EXPECT_TRUE(mentions(message, says)) << message;
+    EXPECT_TRUE(contains(message, says));
   }
 }
 
 TEST(SceneBadFile, what_is_no_readable_regular_file_is_refused_at_once) {
   const TemporaryFolder folder;
-  EXPECT_TRUE(mentions(message_of([&] { load_scene(folder.path() / "none.gltf"); }), "no such file"));
-  EXPECT_TRUE(mentions(message_of([&] { load_scene(folder.path()); }), "is a directory"));
-  EXPECT_TRUE(mentions(message_of([&] { load_scene(""); }), "no such file"));
-  EXPECT_TRUE(mentions(message_of([] { load_scene("/dev/null"); }), "not a regular file"));
-  EXPECT_TRUE(mentions(message_of([&] { load_scene(folder.path() / "a\nb.gltf"); }), "a\\x0ab"));
+  EXPECT_TRUE(contains(message_of([&] { load_scene(folder.path() / "none.gltf"); }), "no such file"));
+  EXPECT_TRUE(contains(message_of([&] { load_scene(folder.path()); }), "is a directory"));
+  EXPECT_TRUE(contains(message_of([&] { load_scene(""); }), "no such file"));
+  EXPECT_TRUE(contains(message_of([] { load_scene("/dev/null"); }), "not a regular file"));
+  EXPECT_TRUE(contains(message_of([&] { load_scene(folder.path() / "a\nb.gltf"); }), "a\\x0ab"));
   const auto fifo = folder.path() / "pipe.gltf";
   ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
-  EXPECT_TRUE(mentions(message_of([&] { load_scene(fifo); }), "not a regular file"));
+  EXPECT_TRUE(contains(message_of([&] { load_scene(fifo); }), "not a regular file"));
   const auto sparse = folder.write("huge.glb", "glTF");
   std::filesystem::resize_file(sparse, std::uintmax_t{1} << 40U);
-  EXPECT_TRUE(mentions(message_of([&] { load_scene(sparse); }), "more than"));
+  EXPECT_TRUE(contains(message_of([&] { load_scene(sparse); }), "more than"));
   const auto loop = folder.path() / "loop.gltf";
   std::filesystem::create_symlink(loop, loop);
-  EXPECT_TRUE(mentions(message_of([&] { load_scene(loop); }), "cannot be opened"));
+  EXPECT_TRUE(contains(message_of([&] { load_scene(loop); }), "cannot be opened"));
   const auto closed = folder.write("closed.gltf", Builder().text());
   std::filesystem::permissions(closed, std::filesystem::perms::none);
   if (std::ifstream(closed)) return;  // root reads everything
-  EXPECT_TRUE(mentions(message_of([&] { load_scene(closed); }), "cannot be opened"));
+  EXPECT_TRUE(contains(message_of([&] { load_scene(closed); }), "cannot be opened"));
 }
 
 TEST(SceneBadFile, uris_lead_only_to_regular_files_in_the_folder_of_the_scene) {
@@ -164,8 +164,8 @@ TEST(SceneBadFile, uris_lead_only_to_regular_files_in_the_folder_of_the_scene) {
     builder.json["buffers"] = {{{"byteLength", builder.buffer.size()}, {"uri", uri}}};
     const auto path = folder.write("scene.gltf", builder.text());
     const std::string message = message_of([&] { load_scene(path); });
-    EXPECT_TRUE(mentions(message, says)) << uri << ": " << message;
-    EXPECT_TRUE(mentions(message, "buffer 0")) << message;
+    EXPECT_TRUE(contains(message, says)) << uri;
+    EXPECT_TRUE(contains(message, "buffer 0"));
   }
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "hacked"));
   // What stays inside is fine: a folder below, dots in a name, a link to a neighbour.
@@ -187,7 +187,7 @@ TEST(SceneBadFile, accessors_shared_by_countless_primitives_are_refused_before_m
   for (int i = 0; i < 20000; ++i) primitives.push_back(primitive);  // 240 GB of indices from 5 MB
   const TemporaryFolder folder;
   const std::string message = message_of([&] { load_scene(folder.write("a.glb", builder.glb_bytes())); });
-  EXPECT_TRUE(mentions(message, "GB of memory")) << message;
+  EXPECT_TRUE(contains(message, "GB of memory"));
 }
 
 // Bytes changed at random: the scene loads or is refused, and what loads keeps its promises.
@@ -225,7 +225,7 @@ TEST(SceneBadFile, random_damage_never_gets_past_the_checks) {
       }
     } catch (const eikon::InputError& e) {
       ++refused;
-      ASSERT_EQ(std::string(e.what()).find('\n'), std::string::npos);
+      ASSERT_FALSE(contains(e.what(), "\n"));
     }
   }
   EXPECT_GT(loaded, 50);  // damage to names and numbers is harmless

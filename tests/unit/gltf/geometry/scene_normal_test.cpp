@@ -8,7 +8,7 @@ namespace {
 
 using eikon::Scene;
 using scene_test::Builder;
-using scene_test::mentions;
+using scene_test::contains;
 using scene_test::warns;
 
 constexpr float kNotANumber = std::numeric_limits<float>::quiet_NaN();
@@ -35,8 +35,8 @@ TEST(SceneNormals, a_bad_normal_becomes_that_of_its_triangles_and_the_others_sta
   EXPECT_EQ(normals[3], glm::vec3(0, 0, 1));
   EXPECT_EQ(glm::length(normals[4]), 1.0F);
   ASSERT_EQ(scene.out_of_range.size(), 1U);
-  EXPECT_TRUE(mentions(scene.out_of_range[0], "normals taken from the triangles: accessor"));
-  EXPECT_TRUE(mentions(scene.out_of_range[0], "element 0 is zero or not finite (3 of them)"));
+  EXPECT_TRUE(contains(scene.out_of_range[0], "normals taken from the triangles: accessor"));
+  EXPECT_TRUE(contains(scene.out_of_range[0], "element 0 is zero or not finite (3 of them)"));
 }
 
 TEST(SceneNormals, one_zero_or_non_finite_normal_is_named_and_leaves_the_others_alone) {

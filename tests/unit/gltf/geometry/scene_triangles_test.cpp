@@ -10,11 +10,11 @@ namespace {
 using eikon::Primitive;
 using eikon::Scene;
 using scene_test::Builder;
+using scene_test::contains;
 using scene_test::Json;
 using scene_test::kFloat;
 using scene_test::kUnsignedByte;
 using scene_test::leaves_out;
-using scene_test::mentions;
 using scene_test::only_primitive;
 using scene_test::warns;
 
@@ -42,7 +42,8 @@ TEST(SceneTriangles, what_is_wrong_with_shared_accessors_is_said_of_each_primiti
   builder.json["meshes"][0]["primitives"].push_back(primitive);
   const Scene scene = builder.load();
   for (const char* user : {"primitive 0", "primitive 1"})
-    EXPECT_EQ(std::ranges::count_if(scene.warnings, [&](const std::string& w) { return mentions(w, user); }), 1) << user;
+    EXPECT_EQ(std::ranges::count_if(scene.warnings, [&](const std::string& w) { return contains(w, user); }), 1)
+        << user;
 }
 
 TEST(SceneTriangles, strips_turn_every_other_triangle_and_drop_those_that_only_lead_on) {

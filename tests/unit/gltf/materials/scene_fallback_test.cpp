@@ -11,8 +11,8 @@ namespace {
 using eikon::Scene;
 using picture_test::plain_png;
 using scene_test::Builder;
+using scene_test::contains;
 using scene_test::Json;
-using scene_test::mentions;
 using scene_test::message_of;
 
 Json image_of(const std::string& file) { return {{"uri", "data:image/png;base64," + scene_test::base64(file)}}; }
@@ -49,8 +49,8 @@ TEST(SceneFallback, is_used_and_said_once) {
     EXPECT_EQ(scene.images.at(scene.materials[0].base_color_texture->image).rgba8.at(0), 0xFF090807U);
     EXPECT_TRUE(scene.unsupported.empty());
     ASSERT_EQ(scene.warnings.size(), 1U);
-    EXPECT_TRUE(mentions(scene.warnings[0], std::string("texture 0: ") + extension + " is not read") &&
-                mentions(scene.warnings[0], "its PNG or JPEG is used (and 1 more)"))
+    EXPECT_TRUE(contains(scene.warnings[0], std::string("texture 0: ") + extension + " is not read") &&
+                contains(scene.warnings[0], "its PNG or JPEG is used (and 1 more)"))
         << scene.warnings[0];
   }
 }
@@ -70,7 +70,7 @@ TEST(SceneFallback, takes_the_place_of_pictures_whose_data_are_damaged) {
       EXPECT_EQ(scene.images.size(), shares ? 2U : 1U);
       ASSERT_EQ(scene.warnings.size(), 1U);
       EXPECT_TRUE(
-          mentions(scene.warnings[0], std::string("texture 0: ") + extension + " is not read: image 1: is a ") &&
+          contains(scene.warnings[0], std::string("texture 0: ") + extension + " is not read: image 1: is a ") &&
           scene.warnings[0].ends_with("its PNG or JPEG is used"))
           << scene.warnings[0];
     }
@@ -95,10 +95,10 @@ TEST(SceneFallback, that_is_damaged_too_or_missing_is_refused) {
     const std::string png = plain_png(9, 9);
     Builder builder = with_fallback(extension, file, png.substr(0, png.size() / 2));
     std::string message = message_of([&] { (void)builder.load(); });
-    EXPECT_TRUE(mentions(message, "image 1: is a ") && mentions(message, "image 0: is a ")) << message;
+    EXPECT_TRUE(contains(message, "image 1: is a ") && contains(message, "image 0: is a ")) << message;
     builder.json["textures"][0].erase("source");
     message = message_of([&] { (void)builder.load(); });
-    EXPECT_TRUE(mentions(message, "image 1: is a ") && !mentions(message, "image 0")) << message;
+    EXPECT_TRUE(contains(message, "image 1: is a ") && !contains(message, "image 0")) << message;
   }
 }
 

@@ -9,8 +9,8 @@ namespace {
 
 using eikon::Scene;
 using scene_test::Builder;
+using scene_test::contains;
 using scene_test::Json;
-using scene_test::mentions;
 using scene_test::message_of;
 using scene_test::warns;
 
@@ -52,7 +52,7 @@ TEST(SceneMaterials, M24_layers_out_of_range_are_clamped_and_of_the_wrong_type_r
     Builder broken;
     broken.material()["extensions"][extension][key] = Json::parse(value);
     const std::string message = message_of([&] { broken.load(); });
-    EXPECT_TRUE(mentions(message, "material 'paint'") && mentions(message, extension)) << message;
+    EXPECT_TRUE(contains(message, "material 'paint'") && contains(message, extension)) << message;
   }
 }
 
@@ -97,7 +97,7 @@ TEST(SceneMaterials, M24_conductors_and_anisotropy_out_of_range_are_clamped_or_r
     Builder broken;
     broken.material()["extensions"]["EIKON_materials_conductor"] = Json::parse(content);
     const std::string message = message_of([&] { broken.load(); });
-    EXPECT_TRUE(mentions(message, "material 'paint'") && mentions(message, says)) << message;
+    EXPECT_TRUE(contains(message, "material 'paint'") && contains(message, says)) << message;
   }
 }
 
@@ -124,11 +124,11 @@ TEST(SceneMaterials, highlights_arrive_clamped_or_refused) {
         std::pair("[]", "is not an object")}) {
     extensions["EIKON_materials_phong"] = Json::parse(content);
     const std::string message = message_of([&] { builder.load(); });
-    EXPECT_TRUE(mentions(message, "material 'paint'") && mentions(message, says)) << message;
+    EXPECT_TRUE(contains(message, "material 'paint'") && contains(message, says)) << message;
   }
   extensions["EIKON_materials_phong"] = Json::object();
   extensions["EIKON_materials_conductor"] = {{"metal", "Au"}};
-  EXPECT_TRUE(mentions(message_of([&] { builder.load(); }), "leave one out"));
+  EXPECT_TRUE(contains(message_of([&] { builder.load(); }), "leave one out"));
 }
 
 TEST(SceneMaterials, diffuse_transmission_arrives_clamped_or_refused) {
@@ -156,7 +156,7 @@ TEST(SceneMaterials, diffuse_transmission_arrives_clamped_or_refused) {
         std::pair("7", "is not an object")}) {
     extension = Json::parse(content);
     const std::string message = message_of([&] { builder.load(); });
-    EXPECT_TRUE(mentions(message, "material 'paint'") && mentions(message, says)) << message;
+    EXPECT_TRUE(contains(message, "material 'paint'") && contains(message, says)) << message;
   }
 }
 
@@ -170,7 +170,7 @@ TEST(SceneMaterials, dispersion_arrives_and_stays_below_what_glass_can_have) {
   EXPECT_EQ(dispersion("0.25"), std::pair(0.25F, std::size_t{0}));
   EXPECT_EQ(dispersion("-1"), std::pair(0.0F, std::size_t{1}));
   EXPECT_EQ(dispersion("100"), std::pair(39.0F, std::size_t{1}));
-  EXPECT_TRUE(mentions(message_of([&] { dispersion("\"much\""); }), "KHR_materials_dispersion"));
+  EXPECT_TRUE(contains(message_of([&] { dispersion("\"much\""); }), "KHR_materials_dispersion"));
 }
 
 TEST(SceneMaterials, an_anisotropic_mesh_without_directions_is_isotropic_and_says_so) {
@@ -203,7 +203,7 @@ TEST(SceneMaterials, thin_films_are_read_in_their_units_and_held_to_their_range)
   EXPECT_EQ(scene.materials.at(0).thin_film_thickness_nm[1], 0);
   EXPECT_EQ(scene.out_of_range.size(), 3U);
   builder.material()["extensions"]["KHR_materials_iridescence"] = {{"iridescenceIor", "thick"}};
-  EXPECT_TRUE(mentions(message_of([&] { builder.load(); }), "iridescenceIor"));
+  EXPECT_TRUE(contains(message_of([&] { builder.load(); }), "iridescenceIor"));
 }
 
 }  // namespace

@@ -8,8 +8,8 @@ namespace {
 
 using eikon::Scene;
 using scene_test::Builder;
+using scene_test::contains;
 using scene_test::Json;
-using scene_test::mentions;
 using scene_test::message_of;
 using scene_test::warns;
 
@@ -126,7 +126,7 @@ TEST(SceneMaterials,
   for (const char* value : {R"("high")", "[1]", "true", "null", "{}"}) {
     builder.material()["extras"] = {{"mediumPriority", Json::parse(value)}};
     const std::string message = message_of([&] { builder.load(); });
-    EXPECT_TRUE(mentions(message, "material 'paint'") && mentions(message, "mediumPriority")) << message;
+    EXPECT_TRUE(contains(message, "material 'paint'") && contains(message, "mediumPriority")) << message;
   }
 }
 
@@ -206,7 +206,7 @@ TEST(SceneMaterials, emission_beyond_single_precision_is_refused_by_name) {
   Builder builder;
   builder.material()["emissiveFactor"] = {1, 1, 1};
   builder.material()["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"] = 1e39;
-  EXPECT_TRUE(mentions(message_of([&] { builder.load(); }), "material 'paint': emissiveStrength"));
+  EXPECT_TRUE(contains(message_of([&] { builder.load(); }), "material 'paint': emissiveStrength"));
 }
 
 }  // namespace

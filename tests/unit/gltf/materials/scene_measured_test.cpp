@@ -15,8 +15,8 @@ namespace {
 using eikon::MeasuredTable;
 using eikon::Scene;
 using scene_test::Builder;
+using scene_test::contains;
 using scene_test::Json;
-using scene_test::mentions;
 using scene_test::message_of;
 using scene_test::TemporaryFolder;
 using scene_test::warns;
@@ -71,10 +71,10 @@ TEST(Measured, M23_damaged_files_are_refused_by_one_line) {
   const auto says = [](const std::string& bytes) {
     return message_of([&] { (void)eikon::read_merl(as_file(bytes)); });
   };
-  EXPECT_TRUE(mentions(says(""), "has 0 bytes"));
-  EXPECT_TRUE(mentions(says(good.substr(0, 11)), "has 11 bytes"));
-  EXPECT_TRUE(mentions(says(good.substr(0, good.size() - 1)), "has 34992011 bytes"));
-  EXPECT_TRUE(mentions(says(good + "x"), "has 34992013 bytes"));
+  EXPECT_TRUE(contains(says(""), "has 0 bytes"));
+  EXPECT_TRUE(contains(says(good.substr(0, 11)), "has 11 bytes"));
+  EXPECT_TRUE(contains(says(good.substr(0, good.size() - 1)), "has 34992011 bytes"));
+  EXPECT_TRUE(contains(says(good + "x"), "has 34992013 bytes"));
   // Products that overflow 32 and 64 bits to what fits, or to nothing.
   for (const std::array<std::int32_t, 3>& dimensions : {std::array{180, 90, 90},
                                                         {90, 90, 360},
@@ -85,12 +85,12 @@ TEST(Measured, M23_damaged_files_are_refused_by_one_line) {
                                                         {1458000, 1, 1},
                                                         {0x7fffffff, 0x7fffffff, 0x7fffffff}})
     EXPECT_TRUE(
-        mentions(says(file_of(1, 1, 1, dimensions).substr(0, 100)), "as it says; a MERL table is 90 x 90 x 180"));
+        contains(says(file_of(1, 1, 1, dimensions).substr(0, 100)), "as it says; a MERL table is 90 x 90 x 180"));
   for (const double value :
        {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN(), 1e35, -1e300}) {
     std::string broken = good;
     std::memcpy(&broken[12 + 8 * (kCells + 5)], &value, 8);
-    EXPECT_TRUE(mentions(says(broken), "entry 5 of green is")) << value;
+    EXPECT_TRUE(contains(says(broken), "entry 5 of green is")) << value;
   }
 }
 
@@ -112,7 +112,7 @@ TEST(Measured, no_bytes_of_a_file_do_harm) {
       }
       ++read;
     } catch (const eikon::InputError& e) {
-      EXPECT_EQ(std::string(e.what()).find('\n'), std::string::npos);
+      EXPECT_FALSE(contains(e.what(), "\n"));
       ++refused;
     }
   }
@@ -200,18 +200,18 @@ TEST(Measured, bad_uses_are_refused_by_material) {
                                    {"", "is empty"},
                                    {"http://x/y.binary", "scheme"}}) {
     const std::string message = says(measured_builder(uri));
-    EXPECT_TRUE(mentions(message, "material 'paint'") && mentions(message, words)) << uri << ": " << message;
+    EXPECT_TRUE(contains(message, "material 'paint'") && contains(message, words)) << uri << ": " << message;
   }
   for (const auto& [content, words] :
        {std::pair("{}", "needs \"uri\""), {R"({"uri": 7})", "uri"}, {"[]", "is not an object"}}) {
     Builder builder = measured_builder();
     builder.material()["extensions"]["EIKON_materials_measured"] = Json::parse(content);
     const std::string message = says(builder);
-    EXPECT_TRUE(mentions(message, "material 'paint'") && mentions(message, words)) << message;
+    EXPECT_TRUE(contains(message, "material 'paint'") && contains(message, words)) << message;
   }
   Builder both = measured_builder();
   both.material()["extensions"]["EIKON_materials_conductor"] = {{"metal", "Cu"}};
-  EXPECT_TRUE(mentions(says(both), "leave one out"));
+  EXPECT_TRUE(contains(says(both), "leave one out"));
   // What nothing shows is not read.
   Builder unlit = measured_builder("none.binary");
   unlit.material()["extensions"]["KHR_materials_unlit"] = Json::object();

@@ -10,8 +10,8 @@ using eikon::Material;
 using eikon::Scene;
 using scene_test::base64;
 using scene_test::Builder;
+using scene_test::contains;
 using scene_test::Json;
-using scene_test::mentions;
 using scene_test::message_of;
 using scene_test::warns;
 
@@ -55,7 +55,7 @@ TEST(SpecularGlossiness, factors_count_instead_of_the_metallic_roughness_ones_an
   EXPECT_TRUE(scene.unsupported.empty());
   ASSERT_EQ(scene.warnings.size(), 1U);
   EXPECT_TRUE(
-      mentions(scene.warnings[0], "material 'paint' and 1 more: KHR_materials_pbrSpecularGlossiness is archived"));
+      contains(scene.warnings[0], "material 'paint' and 1 more: KHR_materials_pbrSpecularGlossiness is archived"));
 }
 
 TEST(SpecularGlossiness, defaults_are_a_smooth_white_mirror) {
@@ -122,7 +122,7 @@ TEST(SpecularGlossiness, M24_values_out_of_range_are_clamped_and_of_the_wrong_ty
        {Json{{"diffuseFactor", {1, 1, 1}}}, Json{{"specularFactor", 1}}, Json{{"glossinessFactor", "1"}},
         Json{{"diffuseTexture", {{"index", 99}}}}, Json{{"specularGlossinessTexture", 3}}}) {
     const std::string message = message_of([&] { with_glossy(bad).load(); });
-    EXPECT_TRUE(mentions(message, "material 'paint'") && mentions(message, kName)) << message;
+    EXPECT_TRUE(contains(message, "material 'paint'") && contains(message, kName)) << message;
   }
 }
 
