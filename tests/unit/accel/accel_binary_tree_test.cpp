@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The binary tree from which layouts are made: as built, improved by reinsertion, and refitted to
-// triangles that moved.
+// The binary tree from which layouts are made: as built, and improved by reinsertion.
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
@@ -13,7 +12,6 @@
 #include "accel/reinsertion.h"
 #include "support/accel_fixtures.h"
 #include "pack/settings.h"
-#include "support/refit.h"
 
 namespace eikon {
 namespace {
@@ -167,47 +165,6 @@ TEST(BinaryTree, reinsertion_pays_for_many_rays_and_few_triangles) {
   EXPECT_EQ(expected_rays(settings), 256 * 256 * 16 * 10);
   settings.max_depth = 2;
   EXPECT_EQ(expected_rays(settings), 256 * 256 * 16 * 4);
-}
-
-/// Every triangle moves and turns a little by itself, all of them together a lot.
-Soup moved(const Soup& soup, float by, std::uint32_t seed) {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<float> unit(-1.0F, 1.0F);
-  Soup out = soup;
-  for (std::size_t i = 0; i < soup.size(); ++i) out[i] = 1.5F * soup[i] + 3 + by * unit(random);
-  return out;
-}
-
-TEST(BinaryTree, refit_holds_triangles_that_moved) {
-  for (const Soup& soup : {room(), fixtures::scattered(1, 1.0F, 5), Soup{}}) {
-    BinaryTree tree = build_binary_tree({soup});
-    reinsert(tree);
-    for (const float by : {0.01F, 3.0F}) {
-      const Soup now = moved(soup, by, 6);
-      const auto refit = refitted(tree, {now});
-      ASSERT_TRUE(refit.has_value());
-      check(*refit, now);
-      EXPECT_EQ(refit->triangles, tree.triangles);
-    }
-    expect_same(*refitted(tree, {soup}), tree);  // nothing moved
-  }
-}
-
-TEST(BinaryTree, refit_asks_for_a_new_tree_where_triangles_lose_or_gain_area) {
-  Soup soup = room();
-  const BinaryTree whole = build_binary_tree({soup});
-  const Soup before = soup;
-  std::copy_n(soup.begin(), 3, soup.begin() + 3);  // a triangle collapses
-  EXPECT_FALSE(refitted(whole, {soup}).has_value());
-  const BinaryTree without = build_binary_tree({soup});
-  EXPECT_TRUE(refitted(without, {soup}).has_value());
-  EXPECT_FALSE(refitted(without, {before}).has_value());  // and opens again
-  Soup other = before;
-  std::copy_n(other.begin() + 9, 3, other.begin() + 12);  // as many with area, but another one without
-  EXPECT_FALSE(refitted(without, {other}).has_value());
-  other = before;
-  other[100] = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_FALSE(refitted(whole, {other}).has_value());
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include "accel/binary_tree.h"
@@ -120,6 +121,12 @@ TEST(Refit, is_refused_where_other_triangles_can_be_hit) {
     const std::vector<float> fewer(here.begin(), here.end() - 9);
     EXPECT_FALSE(refit(built(here, layout), TriangleSoup(fewer))) << layout;
     EXPECT_FALSE(refit(built(fewer, layout), TriangleSoup(here))) << layout;
+    std::vector<float> other = here;  // as many with area, but another one without
+    std::copy_n(&other[9], 3, &other[12]);
+    EXPECT_FALSE(refit(built(flat, layout), TriangleSoup(other))) << layout;
+    std::vector<float> unknown = here;
+    unknown[100] = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_FALSE(refit(built(here, layout), TriangleSoup(unknown))) << layout;
   }
   EXPECT_FALSE(refit(built(here, "cwbvh"), TriangleSoup(here)));
 }
