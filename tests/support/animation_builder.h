@@ -31,8 +31,8 @@ inline Json& add_channel(Builder& builder, std::size_t animation, const Json& ta
 }
 
 inline Json& add_channel(Builder& builder, std::size_t animation, const Json& target, const Keys& keys) {
-  const std::size_t input = builder.add("SCALAR", 5126, keys.times, keys.times.size()),
-                    output = builder.add(keys.type, 5126, keys.values, keys.values.size() / numbers_in(keys.type));
+  const std::size_t input = builder.add("SCALAR", kFloat, keys.times, keys.times.size()),
+                    output = builder.add(keys.type, kFloat, keys.values, keys.values.size() / numbers_in(keys.type));
   return add_channel(builder, animation, target, input, output, keys.interpolation);
 }
 

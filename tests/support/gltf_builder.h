@@ -21,6 +21,10 @@ using eikon::test::contains;
 using eikon::test::message_of;
 using eikon::test::TemporaryFolder;
 
+// The component types of accessors.
+inline constexpr int kByte = 5120, kUnsignedByte = 5121, kShort = 5122, kUnsignedShort = 5123, kUnsignedInt = 5125,
+                     kFloat = 5126;
+
 template <typename T>
 std::string bytes_of(const std::vector<T>& values) {
   std::string bytes(values.size() * sizeof(T), '\0');
@@ -70,8 +74,8 @@ struct Builder {
                      "pbrMetallicRoughness": {"metallicFactor": 0, "baseColorFactor": [0.5, 0.25, 0.125, 1]},
                      "extensions": {"KHR_materials_specular": {"specularFactor": 0}}}],
       "extensionsUsed": ["KHR_materials_specular"]})");
-    const std::size_t positions = add("VEC3", 5126, std::vector<float>{0, 0, 0, 1, 0, 0, 0, 1, 0}, 3);
-    const std::size_t indices = add("SCALAR", 5123, std::vector<std::uint16_t>{0, 1, 2}, 3);
+    const std::size_t positions = add("VEC3", kFloat, std::vector<float>{0, 0, 0, 1, 0, 0, 0, 1, 0}, 3);
+    const std::size_t indices = add("SCALAR", kUnsignedShort, std::vector<std::uint16_t>{0, 1, 2}, 3);
     json["meshes"] = {
         {{"name", "flat"},
          {"primitives", {{{"attributes", {{"POSITION", positions}}}, {"indices", indices}, {"material", 0}}}}}};

@@ -16,6 +16,8 @@ namespace {
 using scene_test::add_channel;
 using scene_test::Builder;
 using scene_test::Json;
+using scene_test::kFloat;
+using scene_test::kUnsignedByte;
 using scene_test::target_of;
 
 constexpr int kWidth = 24, kHeight = 16;
@@ -114,11 +116,12 @@ Builder skinned_wall(const std::array<float, 3>& weights) {
     builder.json["scenes"][0]["nodes"].push_back(2 + joint);
     binds.insert(binds.end(), {10, 0, 0, 0, 0, 10, 0, 0, 0, 0, 1, 0, -3, -3, 0, 1});
   }
-  builder.json["skins"] = {{{"joints", {2, 3}}, {"inverseBindMatrices", builder.add("MAT4", 5126, binds, 2)}}};
+  builder.json["skins"] = {{{"joints", {2, 3}}, {"inverseBindMatrices", builder.add("MAT4", kFloat, binds, 2)}}};
   builder.node()["skin"] = 0;
   Json& attributes = builder.primitive()["attributes"];
-  attributes["JOINTS_0"] = builder.add("VEC4", 5121, std::vector<std::uint8_t>{0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0}, 3);
-  attributes["WEIGHTS_0"] = builder.add("VEC4", 5126, shares, 3);
+  attributes["JOINTS_0"] =
+      builder.add("VEC4", kUnsignedByte, std::vector<std::uint8_t>{0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0}, 3);
+  attributes["WEIGHTS_0"] = builder.add("VEC4", kFloat, shares, 3);
   return builder;
 }
 
@@ -161,8 +164,9 @@ TEST(MotionLayer, morph_targets_move_corners_by_what_their_weights_gain) {
   const std::array<float, 3> right{0.24F, -0.12F, 0.48F};
   const float nearer = 1.2F;
   builder.primitive()["targets"] = {
-      {{"POSITION", builder.add("VEC3", 5126, std::vector<float>{right[0], 0, 0, right[1], 0, 0, right[2], 0, 0}, 3)}},
-      {{"POSITION", builder.add("VEC3", 5126, std::vector<float>{0, 0, nearer, 0, 0, nearer, 0, 0, nearer}, 3)}}};
+      {{"POSITION",
+        builder.add("VEC3", kFloat, std::vector<float>{right[0], 0, 0, right[1], 0, 0, right[2], 0, 0}, 3)}},
+      {{"POSITION", builder.add("VEC3", kFloat, std::vector<float>{0, 0, nearer, 0, 0, nearer, 0, 0, nearer}, 3)}}};
   builder.json["meshes"][0]["weights"] = {0, 0};
   add_channel(builder, 0, target_of(0, "weights"), {.times = {0, 1}, .values = {0, 0, 1, 1}, .type = "SCALAR"});
   const double grows = 2 / (2 - double(nearer) * kFrame_s);

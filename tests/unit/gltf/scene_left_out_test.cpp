@@ -7,6 +7,7 @@ namespace {
 using eikon::Scene;
 using scene_test::Builder;
 using scene_test::Json;
+using scene_test::kFloat;
 using scene_test::leaves_out;
 
 TEST(SceneMaterials, what_is_left_out_is_named_unless_it_changes_nothing) {
@@ -76,8 +77,8 @@ TEST(SceneMaterials, features_outside_materials_are_named_with_their_owner) {
 
 TEST(SceneMaterials, texture_coordinates_alone_are_harmless) {
   Builder builder;
-  builder.primitive()["attributes"]["TEXCOORD_0"] = builder.add("VEC2", 5126, std::vector<float>(6), 3);
-  builder.primitive()["attributes"]["TANGENT"] = builder.add("VEC4", 5126, std::vector<float>(12), 3);
+  builder.primitive()["attributes"]["TEXCOORD_0"] = builder.add("VEC2", kFloat, std::vector<float>(6), 3);
+  builder.primitive()["attributes"]["TANGENT"] = builder.add("VEC4", kFloat, std::vector<float>(12), 3);
   EXPECT_TRUE(builder.load().unsupported.empty());
 }
 

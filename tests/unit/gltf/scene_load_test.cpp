@@ -17,6 +17,10 @@ using eikon::Scene;
 using scene_test::Builder;
 using scene_test::contains;
 using scene_test::Json;
+using scene_test::kFloat;
+using scene_test::kUnsignedByte;
+using scene_test::kUnsignedInt;
+using scene_test::kUnsignedShort;
 using scene_test::message_of;
 using scene_test::TemporaryFolder;
 using scene_test::warns;
@@ -55,8 +59,8 @@ TEST(SceneLoad, gltf_with_embedded_data_glb_and_external_buffer_give_the_same_tr
 
 TEST(SceneLoad, indices_of_one_two_and_four_bytes_and_none_give_the_same_triangles) {
   Builder u8, u32, none;
-  u8.primitive()["indices"] = u8.add("SCALAR", 5121, std::vector<std::uint8_t>{2, 0, 1}, 3);
-  u32.primitive()["indices"] = u32.add("SCALAR", 5125, std::vector<std::uint32_t>{2, 0, 1}, 3);
+  u8.primitive()["indices"] = u8.add("SCALAR", kUnsignedByte, std::vector<std::uint8_t>{2, 0, 1}, 3);
+  u32.primitive()["indices"] = u32.add("SCALAR", kUnsignedInt, std::vector<std::uint32_t>{2, 0, 1}, 3);
   none.primitive().erase("indices");
   EXPECT_EQ(only_primitive(u8.load()).indices, (std::vector<std::uint32_t>{2, 0, 1}));
   EXPECT_EQ(only_primitive(u32.load()).indices, (std::vector<std::uint32_t>{2, 0, 1}));
@@ -66,9 +70,9 @@ TEST(SceneLoad, indices_of_one_two_and_four_bytes_and_none_give_the_same_triangl
 TEST(SceneLoad, primitives_that_share_vertices_get_only_those_they_use) {
   Builder builder;
   const std::vector<float> corners{0, 0, 0, 1, 0, 0, 0, 1, 0, 5, 5, 5, 6, 5, 5, 5, 6, 5};
-  const std::size_t shared = builder.add("VEC3", 5126, corners, 6);
+  const std::size_t shared = builder.add("VEC3", kFloat, corners, 6);
   builder.primitive()["attributes"]["POSITION"] = shared;
-  builder.primitive()["indices"] = builder.add("SCALAR", 5123, std::vector<std::uint16_t>{5, 3, 4}, 3);
+  builder.primitive()["indices"] = builder.add("SCALAR", kUnsignedShort, std::vector<std::uint16_t>{5, 3, 4}, 3);
   const eikon::Primitive read = only_primitive(builder.load());
   EXPECT_EQ(read.positions_object.size(), 3U);
   EXPECT_EQ(read.positions_object[read.indices[0]], glm::vec3(5, 6, 5));
@@ -88,7 +92,7 @@ TEST(SceneLoad, interleaved_and_offset_attributes_are_read_by_their_stride) {
   builder.json["bufferViews"][view]["byteStride"] = 28;
   for (const std::size_t offset : {0U, 16U}) {
     builder.json["accessors"].push_back(
-        {{"bufferView", view}, {"byteOffset", offset}, {"componentType", 5126}, {"count", 3}, {"type", "VEC3"}});
+        {{"bufferView", view}, {"byteOffset", offset}, {"componentType", kFloat}, {"count", 3}, {"type", "VEC3"}});
   }
   const std::size_t last = builder.json["accessors"].size() - 1;
   builder.primitive()["attributes"] = {{"POSITION", last - 1}, {"NORMAL", last}};
@@ -102,14 +106,14 @@ TEST(SceneLoad, sparse_accessors_replace_the_elements_they_name) {
   const std::size_t indices = builder.add_view(std::vector<std::uint16_t>{1, 2}),
                     values = builder.add_view(std::vector<float>{7, 0, 0, 0, 8, 0});
   const Json sparse = {{"count", 2},
-                       {"indices", {{"bufferView", indices}, {"componentType", 5123}}},
+                       {"indices", {{"bufferView", indices}, {"componentType", kUnsignedShort}}},
                        {"values", {{"bufferView", values}}}};
   Builder over_zeros = builder;
   builder.json["accessors"][0]["sparse"] = sparse;
   EXPECT_EQ(only_primitive(builder.load()).positions_object,
             (std::vector<glm::vec3>{glm::vec3(0, 0, 0), glm::vec3(7, 0, 0), glm::vec3(0, 8, 0)}));
-  over_zeros.json["accessors"][0] = {{"componentType", 5126}, {"count", 4}, {"type", "VEC3"}, {"sparse", sparse}};
-  over_zeros.primitive()["indices"] = over_zeros.add("SCALAR", 5121, std::vector<std::uint8_t>{3, 1, 2}, 3);
+  over_zeros.json["accessors"][0] = {{"componentType", kFloat}, {"count", 4}, {"type", "VEC3"}, {"sparse", sparse}};
+  over_zeros.primitive()["indices"] = over_zeros.add("SCALAR", kUnsignedByte, std::vector<std::uint8_t>{3, 1, 2}, 3);
   EXPECT_EQ(only_primitive(over_zeros.load()).positions_object[0], glm::vec3(0, 0, 0));
   EXPECT_EQ(only_primitive(over_zeros.load()).positions_object[2], glm::vec3(0, 8, 0));
 }
@@ -117,7 +121,7 @@ TEST(SceneLoad, sparse_accessors_replace_the_elements_they_name) {
 TEST(SceneLoad, normals_are_made_unit_even_where_their_squares_overflow_or_vanish) {
   Builder builder;
   const std::vector<float> normals{0, 0, 3, 1e30F, 0, 1e30F, 0, 1e-30F, 0};
-  builder.primitive()["attributes"]["NORMAL"] = builder.add("VEC3", 5126, normals, 3);
+  builder.primitive()["attributes"]["NORMAL"] = builder.add("VEC3", kFloat, normals, 3);
   const Scene scene = builder.load();
   ASSERT_EQ(only_primitive(scene).normals_object.size(), 3U);
   EXPECT_EQ(only_primitive(scene).normals_object[0], glm::vec3(0, 0, 1));
@@ -130,9 +134,9 @@ TEST(SceneLoad, G11_degenerate_triangles_survive_and_leave_the_rest_alone) {
   Builder builder;
   // A good triangle, then repeated indices, three equal corners, and three corners in a line.
   const std::vector<float> corners{0, 0, 0, 1, 0, 0, 0, 1, 0, 2, 0, 0};
-  builder.primitive()["attributes"]["POSITION"] = builder.add("VEC3", 5126, corners, 4);
+  builder.primitive()["attributes"]["POSITION"] = builder.add("VEC3", kFloat, corners, 4);
   const std::vector<std::uint16_t> indices{0, 1, 2, 0, 0, 1, 2, 2, 2, 0, 1, 3};
-  builder.primitive()["indices"] = builder.add("SCALAR", 5123, indices, indices.size());
+  builder.primitive()["indices"] = builder.add("SCALAR", kUnsignedShort, indices, indices.size());
   const Scene scene = builder.load();
   EXPECT_EQ(only_primitive(scene).indices, (std::vector<std::uint32_t>(indices.begin(), indices.end())));
   EXPECT_TRUE(scene.warnings.empty());
@@ -142,7 +146,7 @@ TEST(SceneLoad, G12_nan_infinite_and_huge_positions_name_accessor_and_element) {
   for (const float bad : {kNan, kInf, -kInf, 1e38F, -1.2e12F}) {
     Builder builder;
     const std::vector<float> corners{0, 0, 0, 1, 0, 0, 0, bad, 0};
-    builder.primitive()["attributes"]["POSITION"] = builder.add("VEC3", 5126, corners, 3);
+    builder.primitive()["attributes"]["POSITION"] = builder.add("VEC3", kFloat, corners, 3);
     builder.json["accessors"].back()["name"] = "corners";
     const std::string message = message_of([&] { builder.load(); });
     EXPECT_TRUE(contains(message, "accessor 2 'corners', element 2: y = "));
@@ -160,7 +164,7 @@ TEST(SceneLoad, G12_positions_that_leave_the_range_by_their_node_name_it) {
   // whole says.
   Builder back;
   back.primitive()["attributes"]["POSITION"] =
-      back.add("VEC3", 5126, std::vector<float>{1e12F, 0, 0, 1.000001e12F, 0, 0, 1e12F, 1, 0}, 3);
+      back.add("VEC3", kFloat, std::vector<float>{1e12F, 0, 0, 1.000001e12F, 0, 0, 1e12F, 1, 0}, 3);
   back.node()["translation"] = {-1e12, 0, 0};
   EXPECT_EQ(back.load().nodes.size(), 1U);
 }
@@ -169,12 +173,12 @@ TEST(SceneLoad, G15_ten_thousand_equal_triangles_one_and_none_load) {
   Builder many;
   std::vector<std::uint16_t> indices;
   for (int i = 0; i < 10000; ++i) indices.insert(indices.end(), {0, 1, 2});
-  many.primitive()["indices"] = many.add("SCALAR", 5123, indices, indices.size());
+  many.primitive()["indices"] = many.add("SCALAR", kUnsignedShort, indices, indices.size());
   EXPECT_EQ(only_primitive(many.load()).indices.size(), 30000U);
   EXPECT_EQ(only_primitive(Builder().load()).indices.size(), 3U);
 
   Builder empty_mesh;
-  empty_mesh.primitive()["indices"] = empty_mesh.add("SCALAR", 5123, std::vector<std::uint16_t>{}, 0);
+  empty_mesh.primitive()["indices"] = empty_mesh.add("SCALAR", kUnsignedShort, std::vector<std::uint16_t>{}, 0);
   const Scene none = empty_mesh.load();
   EXPECT_TRUE(none.meshes.at(0).primitives.empty());
   EXPECT_TRUE(eikon::world_bounds(none).empty());
@@ -187,7 +191,7 @@ TEST(SceneLoad, G15_ten_thousand_equal_triangles_one_and_none_load) {
 
 TEST(SceneLoad, corners_beyond_the_last_whole_triangle_are_left_out_with_a_warning) {
   Builder builder;
-  builder.primitive()["indices"] = builder.add("SCALAR", 5123, std::vector<std::uint16_t>{0, 1, 2, 0, 1}, 5);
+  builder.primitive()["indices"] = builder.add("SCALAR", kUnsignedShort, std::vector<std::uint16_t>{0, 1, 2, 0, 1}, 5);
   const Scene scene = builder.load();
   EXPECT_EQ(only_primitive(scene).indices.size(), 3U);
   EXPECT_TRUE(warns(scene, "mesh 'flat', primitive 0"));
@@ -195,7 +199,7 @@ TEST(SceneLoad, corners_beyond_the_last_whole_triangle_are_left_out_with_a_warni
 
 TEST(SceneLoad, meshes_that_no_node_uses_are_not_read) {
   Builder builder;
-  const std::size_t bad = builder.add("VEC3", 5126, std::vector<float>{kNan, 0, 0}, 1);
+  const std::size_t bad = builder.add("VEC3", kFloat, std::vector<float>{kNan, 0, 0}, 1);
   builder.json["meshes"].push_back({{"primitives", {{{"attributes", {{"POSITION", bad}}}}}}});
   EXPECT_EQ(builder.load().meshes.size(), 1U);
 }

@@ -13,6 +13,7 @@ using scene_test::add_channel;
 using scene_test::Builder;
 using scene_test::contains;
 using scene_test::Json;
+using scene_test::kFloat;
 using scene_test::load_at;
 using scene_test::message_of;
 using scene_test::target_of;
@@ -116,12 +117,12 @@ TEST(AnimationChoice, a_damaged_animation_leaves_the_scene_as_it_is_unless_it_is
   };
   const auto times = [](std::vector<float> values) {
     return [values](Builder& b) {
-      b.json["animations"][0]["samplers"][0]["input"] = b.add("SCALAR", 5126, values, values.size());
+      b.json["animations"][0]["samplers"][0]["input"] = b.add("SCALAR", kFloat, values, values.size());
     };
   };
   const auto values = [](std::vector<float> numbers) {
     return [numbers](Builder& b) {
-      b.json["animations"][0]["samplers"][0]["output"] = b.add("VEC3", 5126, numbers, numbers.size() / 3);
+      b.json["animations"][0]["samplers"][0]["output"] = b.add("VEC3", kFloat, numbers, numbers.size() / 3);
     };
   };
   const auto set = [](const char* pointer, const Json& value) {

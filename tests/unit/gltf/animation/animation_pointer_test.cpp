@@ -9,6 +9,8 @@ using scene_test::add_channel;
 using scene_test::Builder;
 using scene_test::contains;
 using scene_test::Json;
+using scene_test::kFloat;
+using scene_test::kUnsignedByte;
 using scene_test::leaves_out;
 using scene_test::load_at;
 using scene_test::pointer_to;
@@ -45,7 +47,8 @@ TEST(AnimationPointer, factors_of_materials_follow_their_keys) {
 
 TEST(AnimationPointer, texture_transforms_move_the_texture) {
   Builder builder = requiring_pointers();
-  builder.primitive()["attributes"]["TEXCOORD_0"] = builder.add("VEC2", 5126, std::vector<float>{0, 0, 1, 0, 0, 1}, 3);
+  builder.primitive()["attributes"]["TEXCOORD_0"] =
+      builder.add("VEC2", kFloat, std::vector<float>{0, 0, 1, 0, 0, 1}, 3);
   builder.json["images"] = {
       {{"uri",
         "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAA"
@@ -114,8 +117,8 @@ TEST(AnimationPointer, a_picture_that_becomes_a_line_is_refused) {
 TEST(AnimationPointer, nodes_can_be_hidden_and_moved) {
   Builder builder = requiring_pointers();
   builder.node()["extensions"]["KHR_node_visibility"] = {{"visible", true}};
-  const std::size_t times = builder.add("SCALAR", 5126, std::vector<float>{0, 1}, 2),
-                    visible = builder.add("SCALAR", 5121, std::vector<std::uint8_t>{1, 0}, 2);
+  const std::size_t times = builder.add("SCALAR", kFloat, std::vector<float>{0, 1}, 2),
+                    visible = builder.add("SCALAR", kUnsignedByte, std::vector<std::uint8_t>{1, 0}, 2);
   add_channel(builder, 0, pointer_to("/nodes/0/extensions/KHR_node_visibility/visible"), times, visible, "STEP");
   add_channel(builder, 0, pointer_to("/nodes/0/translation"), {.times = {0, 1}, .values = {0, 0, 0, 2, 0, 0}});
   EXPECT_EQ(load_at(builder, 0.5).nodes.at(0).world_from_object[3].x, 1);
@@ -128,7 +131,7 @@ TEST(AnimationPointer, nodes_can_be_hidden_and_moved) {
 
 TEST(AnimationPointer, weights_of_a_mesh_count_for_nodes_without_their_own) {
   Builder builder = requiring_pointers();
-  const std::size_t up = builder.add("VEC3", 5126, std::vector<float>{0, 0, 1, 0, 0, 1, 0, 0, 1}, 3);
+  const std::size_t up = builder.add("VEC3", kFloat, std::vector<float>{0, 0, 1, 0, 0, 1, 0, 0, 1}, 3);
   builder.primitive()["targets"] = {{{"POSITION", up}}};
   builder.json["meshes"][0]["weights"] = {0.0};
   add_channel(builder, 0, pointer_to("/meshes/0/weights"), {.times = {0, 1}, .values = {0, 4}, .type = "SCALAR"});
@@ -137,8 +140,8 @@ TEST(AnimationPointer, weights_of_a_mesh_count_for_nodes_without_their_own) {
 
 TEST(AnimationPointer, one_weight_moves_and_the_others_stay) {
   Builder builder = requiring_pointers();
-  const std::size_t up = builder.add("VEC3", 5126, std::vector<float>{0, 0, 1, 0, 0, 1, 0, 0, 1}, 3),
-                    aside = builder.add("VEC3", 5126, std::vector<float>{1, 0, 0, 1, 0, 0, 1, 0, 0}, 3);
+  const std::size_t up = builder.add("VEC3", kFloat, std::vector<float>{0, 0, 1, 0, 0, 1, 0, 0, 1}, 3),
+                    aside = builder.add("VEC3", kFloat, std::vector<float>{1, 0, 0, 1, 0, 0, 1, 0, 0}, 3);
   builder.primitive()["targets"] = {{{"POSITION", up}}, {{"POSITION", aside}}};
   const auto corner = [](const Builder& of) {
     return load_at(of, 0.5).meshes.at(0).primitives.at(0).positions_object[0];

@@ -10,6 +10,8 @@ namespace {
 using eikon::Primitive;
 using scene_test::Builder;
 using scene_test::Json;
+using scene_test::kFloat;
+using scene_test::kUnsignedByte;
 
 glm::dmat4 leaning(double degrees, const glm::dvec3& scale = glm::dvec3(1)) {
   const double half = degrees * 3.14159265358979323846 / 360;
@@ -36,13 +38,13 @@ Primitive strip(const glm::dmat4& joint, bool smooth, float fold) {
   builder.json["skins"] = {{{"joints", {1}}}};
   builder.node()["skin"] = 0;
   Json& attributes = builder.primitive()["attributes"];
-  attributes["POSITION"] = builder.add("VEC3", 5126, positions, 6);
-  if (smooth) attributes["NORMAL"] = builder.add("VEC3", 5126, normals, 6);
-  attributes["TEXCOORD_0"] = builder.add("VEC2", 5126, uv, 6);
-  attributes["JOINTS_0"] = builder.add("VEC4", 5121, std::vector<std::uint8_t>(24, 0), 6);
-  attributes["WEIGHTS_0"] = builder.add("VEC4", 5126, weights, 6);
+  attributes["POSITION"] = builder.add("VEC3", kFloat, positions, 6);
+  if (smooth) attributes["NORMAL"] = builder.add("VEC3", kFloat, normals, 6);
+  attributes["TEXCOORD_0"] = builder.add("VEC2", kFloat, uv, 6);
+  attributes["JOINTS_0"] = builder.add("VEC4", kUnsignedByte, std::vector<std::uint8_t>(24, 0), 6);
+  attributes["WEIGHTS_0"] = builder.add("VEC4", kFloat, weights, 6);
   builder.primitive()["indices"] =
-      builder.add("SCALAR", 5121, std::vector<std::uint8_t>{0, 1, 3, 0, 3, 2, 2, 3, 5, 2, 5, 4}, 12);
+      builder.add("SCALAR", kUnsignedByte, std::vector<std::uint8_t>{0, 1, 3, 0, 3, 2, 2, 3, 5, 2, 5, 4}, 12);
   builder.json["images"] = {{{"uri",
                               "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+"
                               "M9QDwADhgGAWjR9awAAAABJRU5ErkJggg=="}}};

@@ -15,6 +15,9 @@ using eikon::Scene;
 using scene_test::add_channel;
 using scene_test::Builder;
 using scene_test::Json;
+using scene_test::kByte;
+using scene_test::kFloat;
+using scene_test::kShort;
 using scene_test::load_at;
 using scene_test::target_of;
 
@@ -163,14 +166,14 @@ TEST(SceneAnimation, rotations_of_any_length_and_by_splines_come_out_of_length_1
 
 TEST(SceneAnimation, integers_are_normalised) {
   Builder builder;
-  const std::size_t times = builder.add("SCALAR", 5126, std::vector<float>{0, 1}, 2);
+  const std::size_t times = builder.add("SCALAR", kFloat, std::vector<float>{0, 1}, 2);
   const std::size_t shorts =
-      builder.add("VEC4", 5122, std::vector<std::int16_t>{0, 0, 0, 32767, 0, 0, 32767, 32767}, 2);
+      builder.add("VEC4", kShort, std::vector<std::int16_t>{0, 0, 0, 32767, 0, 0, 32767, 32767}, 2);
   builder.json["accessors"][shorts]["normalized"] = true;
   add_channel(builder, 0, target_of(0, "rotation"), times, shorts);
   EXPECT_NEAR(angle_at(builder, 1), 90, 1e-12);
   EXPECT_NEAR(angle_at(builder, 0.5), 45, 1e-12);
-  const std::size_t bytes = builder.add("VEC4", 5120, std::vector<std::int8_t>{-128, 0, 0, 0, 0, 0, -127, 127}, 2);
+  const std::size_t bytes = builder.add("VEC4", kByte, std::vector<std::int8_t>{-128, 0, 0, 0, 0, 0, -127, 127}, 2);
   builder.json["accessors"][bytes]["normalized"] = true;
   builder.json["animations"][0]["samplers"][0]["output"] = bytes;
   EXPECT_NEAR(angle_at(builder, 1), -90, 1e-12);
@@ -189,8 +192,8 @@ TEST(SceneAnimation, scales_of_zero_and_below_are_kept) {
 TEST(SceneAnimation, weights_morph_by_vectors_of_scalars) {
   for (const char* interpolation : {"LINEAR", "CUBICSPLINE"}) {
     Builder builder;
-    const std::size_t up = builder.add("VEC3", 5126, std::vector<float>{0, 0, 1, 0, 0, 1, 0, 0, 1}, 3),
-                      aside = builder.add("VEC3", 5126, std::vector<float>{1, 0, 0, 1, 0, 0, 1, 0, 0}, 3);
+    const std::size_t up = builder.add("VEC3", kFloat, std::vector<float>{0, 0, 1, 0, 0, 1, 0, 0, 1}, 3),
+                      aside = builder.add("VEC3", kFloat, std::vector<float>{1, 0, 0, 1, 0, 0, 1, 0, 0}, 3);
     builder.primitive()["targets"] = {{{"POSITION", up}}, {{"POSITION", aside}}};
     const bool cubic = std::string(interpolation) == "CUBICSPLINE";
     const std::vector<float> values =

@@ -16,6 +16,9 @@ using scene_test::add_channel;
 using scene_test::Builder;
 using scene_test::contains;
 using scene_test::Json;
+using scene_test::kFloat;
+using scene_test::kUnsignedByte;
+using scene_test::kUnsignedShort;
 using scene_test::load_at;
 using scene_test::message_of;
 using scene_test::target_of;
@@ -51,15 +54,16 @@ Builder skinned(const Matrices& places, const Matrices& binds = {}) {
     std::vector<float> numbers;
     for (const glm::dmat4& m : binds)
       for (int i = 0; i < 16; ++i) numbers.push_back(static_cast<float>(m[i / 4][i % 4]));
-    builder.json["skins"][0]["inverseBindMatrices"] = builder.add("MAT4", 5126, numbers, binds.size());
+    builder.json["skins"][0]["inverseBindMatrices"] = builder.add("MAT4", kFloat, numbers, binds.size());
   }
   builder.node()["skin"] = 0;
   builder.node()["translation"] = {100, 200, 300};
   Json& attributes = builder.primitive()["attributes"];
-  attributes["JOINTS_0"] = builder.add("VEC4", 5121, std::vector<std::uint8_t>{0, 0, 0, 0, 0, 1, 0, 0, 1, 0, 0, 0}, 3);
+  attributes["JOINTS_0"] =
+      builder.add("VEC4", kUnsignedByte, std::vector<std::uint8_t>{0, 0, 0, 0, 0, 1, 0, 0, 1, 0, 0, 0}, 3);
   attributes["WEIGHTS_0"] =
-      builder.add("VEC4", 5126, std::vector<float>{1, 0, 0, 0, 0.25F, 0.75F, 0, 0, 1, 0, 0, 0}, 3);
-  attributes["NORMAL"] = builder.add("VEC3", 5126, std::vector<float>{0, 0, 1, 0, 0, 1, 0, 0, 1}, 3);
+      builder.add("VEC4", kFloat, std::vector<float>{1, 0, 0, 0, 0.25F, 0.75F, 0, 0, 1, 0, 0, 0}, 3);
+  attributes["NORMAL"] = builder.add("VEC3", kFloat, std::vector<float>{0, 0, 1, 0, 0, 1, 0, 0, 1}, 3);
   return builder;
 }
 
@@ -96,9 +100,9 @@ TEST(SceneSkin, normals_and_tangents_follow_and_stay_unit) {
   Builder builder = skinned({turned(0, {2, 1, 1}), turned(90)});
   Json& attributes = builder.primitive()["attributes"];
   const float s = std::sqrt(0.5F);
-  attributes["NORMAL"] = builder.add("VEC3", 5126, std::vector<float>{s, s, 0, 0, 0, 1, s, s, 0}, 3);
-  attributes["TANGENT"] = builder.add("VEC4", 5126, std::vector<float>{s, -s, 0, -1, 1, 0, 0, 1, s, -s, 0, 1}, 3);
-  attributes["TEXCOORD_0"] = builder.add("VEC2", 5126, std::vector<float>{0, 0, 1, 0, 0, 1}, 3);
+  attributes["NORMAL"] = builder.add("VEC3", kFloat, std::vector<float>{s, s, 0, 0, 0, 1, s, s, 0}, 3);
+  attributes["TANGENT"] = builder.add("VEC4", kFloat, std::vector<float>{s, -s, 0, -1, 1, 0, 0, 1, s, -s, 0, 1}, 3);
+  attributes["TEXCOORD_0"] = builder.add("VEC2", kFloat, std::vector<float>{0, 0, 1, 0, 0, 1}, 3);
   builder.json["images"] = {
       {{"uri",
         "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAA"
@@ -123,7 +127,7 @@ TEST(SceneSkin, a_skin_of_one_joint_is_a_mesh_at_that_place) {
     rigid.primitive()["attributes"].erase("WEIGHTS_0");
     rigid.node() = {{"name", "triangle"}, {"mesh", 0}, {"matrix", column_major(place)}};
     Builder soft = skinned({place});
-    soft.primitive()["attributes"]["JOINTS_0"] = soft.add("VEC4", 5121, std::vector<std::uint8_t>(12), 3);
+    soft.primitive()["attributes"]["JOINTS_0"] = soft.add("VEC4", kUnsignedByte, std::vector<std::uint8_t>(12), 3);
     const Scene a = soft.load(), b = rigid.load();
     EXPECT_EQ(b.nodes.at(0).mirrored, x < 0);
     EXPECT_FALSE(a.nodes.at(0).mirrored);
@@ -144,7 +148,8 @@ TEST(SceneSkin, joints_that_no_corner_follows_turn_nothing) {
   const glm::dmat4 place = turned(40, {1, 1.5, 2}), mirror = turned(40, {-1, 1.5, 2});
   for (const bool mirrored : {true, false}) {
     Builder builder = skinned({mirrored ? mirror : place, mirrored ? place : mirror, mirrored ? place : mirror});
-    builder.primitive()["attributes"]["JOINTS_0"] = builder.add("VEC4", 5121, std::vector<std::uint8_t>(12), 3);
+    builder.primitive()["attributes"]["JOINTS_0"] =
+        builder.add("VEC4", kUnsignedByte, std::vector<std::uint8_t>(12), 3);
     const Primitive read = builder.load().meshes.at(0).primitives.at(0);
     EXPECT_EQ(read.indices, mirrored ? kTurned : kAsInFile);
     expect_near(glm::dvec3(read.normals_object.at(0)), {0, 0, 1});
@@ -157,8 +162,8 @@ TEST(SceneSkin, each_triangle_faces_as_most_of_its_corners_do) {
                                          {{1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}, false}}) {
     Builder builder = skinned({glm::dmat4(1.0), mirror});
     Json& attributes = builder.primitive()["attributes"];
-    attributes["JOINTS_0"] = builder.add("VEC4", 5121, joints, 3);
-    attributes["WEIGHTS_0"] = builder.add("VEC4", 5126, std::vector<float>{1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, 3);
+    attributes["JOINTS_0"] = builder.add("VEC4", kUnsignedByte, joints, 3);
+    attributes["WEIGHTS_0"] = builder.add("VEC4", kFloat, std::vector<float>{1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, 3);
     EXPECT_EQ(builder.load().meshes.at(0).primitives.at(0).indices, mirrored ? kTurned : kAsInFile);
   }
 }
@@ -169,15 +174,15 @@ TEST(SceneSkin, eight_weights_of_every_type_count) {
   Builder builder = skinned(places);
   Json& attributes = builder.primitive()["attributes"];
   const std::vector<std::uint16_t> joints{256, 299, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8};
-  attributes["JOINTS_0"] = attributes["JOINTS_1"] = builder.add("VEC4", 5123, joints, 3);
+  attributes["JOINTS_0"] = attributes["JOINTS_1"] = builder.add("VEC4", kUnsignedShort, joints, 3);
   const auto normalized = [&](std::size_t accessor) {
     builder.json["accessors"][accessor]["normalized"] = true;
     return accessor;
   };
-  attributes["WEIGHTS_0"] =
-      normalized(builder.add("VEC4", 5121, std::vector<std::uint8_t>{51, 51, 0, 0, 255, 0, 0, 0, 0, 0, 0, 51}, 3));
-  attributes["WEIGHTS_1"] =
-      normalized(builder.add("VEC4", 5123, std::vector<std::uint16_t>{39321, 0, 0, 0, 0, 0, 0, 0, 52428, 0, 0, 0}, 3));
+  attributes["WEIGHTS_0"] = normalized(
+      builder.add("VEC4", kUnsignedByte, std::vector<std::uint8_t>{51, 51, 0, 0, 255, 0, 0, 0, 0, 0, 0, 51}, 3));
+  attributes["WEIGHTS_1"] = normalized(
+      builder.add("VEC4", kUnsignedShort, std::vector<std::uint16_t>{39321, 0, 0, 0, 0, 0, 0, 0, 52428, 0, 0, 0}, 3));
   const Scene scene = builder.load();
   EXPECT_NEAR(world(scene, 0).x, 0.2 * 256 + 0.2 * 299 + 0.6 * 256, 1e-4);
   EXPECT_NEAR(world(scene, 1).x, 1 + 1, 1e-6);
@@ -204,7 +209,7 @@ TEST(SceneSkin, joints_move_with_animations_wherever_they_stand) {
 
 TEST(SceneSkin, morph_targets_come_before_joints) {
   Builder builder = skinned({turned(90), turned(90)});
-  const std::size_t up = builder.add("VEC3", 5126, std::vector<float>{1, 0, 0, 1, 0, 0, 1, 0, 0}, 3);
+  const std::size_t up = builder.add("VEC3", kFloat, std::vector<float>{1, 0, 0, 1, 0, 0, 1, 0, 0}, 3);
   builder.primitive()["targets"] = {{{"POSITION", up}}};
   builder.node()["weights"] = {2};
   expect_near(world(builder.load(), 0), {0, 2, 0});
@@ -236,9 +241,9 @@ TEST(SceneSkin, weights_are_normalised_and_said) {
     Builder builder = skinned({turned(0, glm::dvec3(1), {10, 0, 0}), turned(0, glm::dvec3(1), {20, 0, 0})});
     Json& attributes = builder.primitive()["attributes"];
     attributes["JOINTS_0"] =
-        builder.add("VEC4", 5121, std::vector<std::uint8_t>{0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0}, 3);
+        builder.add("VEC4", kUnsignedByte, std::vector<std::uint8_t>{0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0}, 3);
     attributes["WEIGHTS_0"] =
-        builder.add("VEC4", 5126, std::vector<float>{row.first[0], row.first[1], 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, 3);
+        builder.add("VEC4", kFloat, std::vector<float>{row.first[0], row.first[1], 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, 3);
     const Scene scene = builder.load();
     EXPECT_NEAR(world(scene, 0).x, row.x, 1e-3) << row.says;
     EXPECT_EQ(scene.out_of_range.empty(), std::string(row.says).empty());
@@ -258,10 +263,10 @@ TEST(SceneSkin, what_is_wrong_with_a_skin_is_said_in_a_line) {
   };
   const std::vector<std::uint8_t> far_joint{0, 0, 0, 0, 0, 7, 0, 0, 0, 0, 0, 0};
   const std::vector<Row> rows{
-      {attribute("JOINTS_0", far_joint, 5121), "element 1 names joint 7, but skin 'hide' has 2"},
-      {attribute("JOINTS_0", std::vector<std::uint8_t>(8), 5121), "has 2 elements for 3 positions"},
-      {attribute("JOINTS_0", std::vector<float>(12), 5126), "JOINTS_0 in accessor"},
-      {attribute("WEIGHTS_0", std::vector<std::uint8_t>(12), 5121), "WEIGHTS_0 in accessor"},
+      {attribute("JOINTS_0", far_joint, kUnsignedByte), "element 1 names joint 7, but skin 'hide' has 2"},
+      {attribute("JOINTS_0", std::vector<std::uint8_t>(8), kUnsignedByte), "has 2 elements for 3 positions"},
+      {attribute("JOINTS_0", std::vector<float>(12), kFloat), "JOINTS_0 in accessor"},
+      {attribute("WEIGHTS_0", std::vector<std::uint8_t>(12), kUnsignedByte), "WEIGHTS_0 in accessor"},
       {[](Builder& b) { b.primitive()["attributes"].erase("WEIGHTS_0"); }, "has JOINTS_0 without WEIGHTS_0"},
       {[](Builder& b) { b.json["skins"][0].erase("joints"); }, "skin 'hide': has no 'joints'"},
       {[](Builder& b) { b.json["skins"][0]["joints"] = Json::array(); }, "skin 'hide': has no 'joints'"},
@@ -270,12 +275,12 @@ TEST(SceneSkin, what_is_wrong_with_a_skin_is_said_in_a_line) {
        },
        "skin 'hide'"},
       {[](Builder& b) { b.json["skins"][0]["inverseBindMatrices"] = 0; }, "are not MAT4 of float"},
-      {[](Builder& b) { b.json["skins"][0]["inverseBindMatrices"] = b.add("MAT4", 5126, std::vector<float>(16), 1); },
+      {[](Builder& b) { b.json["skins"][0]["inverseBindMatrices"] = b.add("MAT4", kFloat, std::vector<float>(16), 1); },
        "has 2 joints, but 1 inverse bind matrices"},
       {[](Builder& b) {
          std::vector<float> numbers(32, 1.0F);
          numbers[17] = std::numeric_limits<float>::infinity();
-         b.json["skins"][0]["inverseBindMatrices"] = b.add("MAT4", 5126, numbers, 2);
+         b.json["skins"][0]["inverseBindMatrices"] = b.add("MAT4", kFloat, numbers, 2);
        },
        "inverse bind matrix 1 in"},
       {[](Builder& b) { b.json["nodes"][1]["children"] = {1}; }, "NODE_LOOP"},
@@ -300,7 +305,7 @@ TEST(SceneSkin, what_is_wrong_with_a_skin_is_said_in_a_line) {
 TEST(SceneSkin, joints_out_of_range_without_weight_do_not_count) {
   Builder builder = skinned({turned(0), turned(0)});
   builder.primitive()["attributes"]["JOINTS_0"] =
-      builder.add("VEC4", 5121, std::vector<std::uint8_t>{0, 0, 99, 99, 0, 1, 99, 99, 0, 0, 0, 99}, 3);
+      builder.add("VEC4", kUnsignedByte, std::vector<std::uint8_t>{0, 0, 99, 99, 0, 1, 99, 99, 0, 0, 0, 99}, 3);
   EXPECT_TRUE(builder.load().warnings.empty());
 }
 
@@ -323,7 +328,7 @@ TEST(SceneSkin, what_has_a_meaning_is_mended) {
                                  std::vector<float> numbers;
                                  for (int i = 0; i < 32; ++i) numbers.push_back(i % 16 % 5 == 0 ? 1.0F : 0.0F);
                                  numbers[3] = 0.5F;
-                                 b.json["skins"][0]["inverseBindMatrices"] = b.add("MAT4", 5126, numbers, 2);
+                                 b.json["skins"][0]["inverseBindMatrices"] = b.add("MAT4", kFloat, numbers, 2);
                                },
                                "the last row of inverse bind matrix 0 is not 0 0 0 1",
                                {5, 0, 0}},

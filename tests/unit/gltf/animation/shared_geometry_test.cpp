@@ -12,6 +12,8 @@ using eikon::Scene;
 using scene_test::add_channel;
 using scene_test::Builder;
 using scene_test::Json;
+using scene_test::kFloat;
+using scene_test::kUnsignedShort;
 using scene_test::target_of;
 
 Scene load_at(const std::filesystem::path& path, double seconds, const std::shared_ptr<eikon::SceneMemory>& memory,
@@ -27,9 +29,10 @@ bool share_geometry(const Primitive& a, const Primitive& b) { return a.positions
 /// A triangle with texture coordinates, which moves.
 Builder moving_triangle() {
   Builder builder;
-  builder.primitive()["attributes"]["TEXCOORD_0"] = builder.add("VEC2", 5126, std::vector<float>{0, 0, 1, 0, 0, 1}, 3);
+  builder.primitive()["attributes"]["TEXCOORD_0"] =
+      builder.add("VEC2", kFloat, std::vector<float>{0, 0, 1, 0, 0, 1}, 3);
   builder.primitive()["attributes"]["NORMAL"] =
-      builder.add("VEC3", 5126, std::vector<float>{0, 0, 1, 0, 0, 1, 0, 0, 1}, 3);
+      builder.add("VEC3", kFloat, std::vector<float>{0, 0, 1, 0, 0, 1, 0, 0, 1}, 3);
   add_channel(builder, 0, target_of(0, "translation"), {.times = {0, 1}, .values = {0, 0, 0, 1, 0, 0}});
   return builder;
 }
@@ -72,7 +75,7 @@ TEST(SharedGeometry, scenes_with_it_are_those_that_are_loaded_alone) {
 
 TEST(SharedGeometry, morphed_triangles_are_of_their_pose) {
   Builder builder = moving_triangle();
-  const std::size_t up = builder.add("VEC3", 5126, std::vector<float>{0, 0, 0, 0, 0, 0, 0, 2, 0}, 3);
+  const std::size_t up = builder.add("VEC3", kFloat, std::vector<float>{0, 0, 0, 0, 0, 0, 0, 2, 0}, 3);
   builder.primitive()["targets"] = Json::array({{{"POSITION", up}}});
   add_channel(builder, 0, target_of(0, "weights"), {.times = {0, 1}, .values = {0, 1}, .type = "SCALAR"});
   const scene_test::TemporaryFolder folder;
@@ -89,15 +92,16 @@ TEST(SharedGeometry, morphed_triangles_are_joined_alike_in_every_pose) {
     const auto with = [&](const char* name, std::vector<float> values) {
       const std::size_t size = name == std::string("TEXCOORD_0") ? 2 : 3;
       values.insert(values.begin(), size, 9.0F);  // of a vertex that no triangle has
-      builder.primitive()["attributes"][name] = builder.add(size == 2 ? "VEC2" : "VEC3", 5126, values, values.size() / size);
+      builder.primitive()["attributes"][name] =
+          builder.add(size == 2 ? "VEC2" : "VEC3", kFloat, values, values.size() / size);
     };
     with("POSITION", {0, 0, 0, 1, 0, 0, 0, 1, 0});
     with("NORMAL", {0, 0, 1, 0, 0, 1, 0, 0, 1});
     with("TEXCOORD_0", {0, 0, 1, 0, 0, 1});
     std::vector<std::uint16_t> indices{3, 1, 2};
     if (warns) indices.push_back(1);  // a corner without a triangle
-    builder.primitive()["indices"] = builder.add("SCALAR", 5123, indices, indices.size());
-    const std::size_t up = builder.add("VEC3", 5126, std::vector<float>{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 0}, 4);
+    builder.primitive()["indices"] = builder.add("SCALAR", kUnsignedShort, indices, indices.size());
+    const std::size_t up = builder.add("VEC3", kFloat, std::vector<float>{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 0}, 4);
     builder.primitive()["targets"] = Json::array({{{"POSITION", up}}});
     add_channel(builder, 0, target_of(0, "weights"), {.times = {0, 1}, .values = {0.5F, 1}, .type = "SCALAR"});
     const scene_test::TemporaryFolder folder;
@@ -135,7 +139,7 @@ TEST(SharedGeometry, a_material_that_needs_tangents_gets_them) {
 TEST(SharedGeometry, what_is_warned_of_is_warned_of_in_each_pose) {
   Builder builder = moving_triangle();
   // One of no length.
-  const std::size_t normals = builder.add("VEC3", 5126, std::vector<float>{0, 0, 1, 0, 0, 0, 0, 0, 1}, 3);
+  const std::size_t normals = builder.add("VEC3", kFloat, std::vector<float>{0, 0, 1, 0, 0, 0, 0, 0, 1}, 3);
   builder.primitive()["attributes"]["NORMAL"] = normals;
   const scene_test::TemporaryFolder folder;
   const auto path = folder.write("scene.gltf", builder.text());

@@ -12,6 +12,11 @@ using scene_test::base64;
 using scene_test::Builder;
 using scene_test::contains;
 using scene_test::Json;
+using scene_test::kFloat;
+using scene_test::kShort;
+using scene_test::kUnsignedByte;
+using scene_test::kUnsignedInt;
+using scene_test::kUnsignedShort;
 using scene_test::message_of;
 using scene_test::TemporaryFolder;
 
@@ -141,7 +146,7 @@ TEST(SceneBadDocument, sparse_accessors_that_lie_are_refused) {
     return [=](Builder& b) {
       const std::size_t indices = b.add_view(at), values = b.add_view(std::vector<float>(3 * at.size()));
       Json s = {{"count", count},
-                {"indices", {{"bufferView", indices}, {"componentType", 5123}}},
+                {"indices", {{"bufferView", indices}, {"componentType", kUnsignedShort}}},
                 {"values", {{"bufferView", values}}}};
       s.merge_patch(change);
       b.json["accessors"][0]["sparse"] = s;
@@ -155,7 +160,7 @@ TEST(SceneBadDocument, sparse_accessors_that_lie_are_refused) {
       {"count beyond data", sparse({0}, 3, Json::object()), "indices: 3 elements"},
       {"indices missing", sparse({0}, 1, {{"indices", nullptr}}), "sparse"},
       {"values missing", sparse({0}, 1, {{"values", nullptr}}), "sparse"},
-      {"signed indices", sparse({0}, 1, {{"indices", {{"componentType", 5122}}}}), "unsigned"},
+      {"signed indices", sparse({0}, 1, {{"indices", {{"componentType", kShort}}}}), "unsigned"},
       {"indices in no view", sparse({0}, 1, {{"indices", {{"bufferView", 77}}}}), "there are only"},
       {"values in negative view", sparse({0}, 1, {{"values", {{"bufferView", -1}}}}), "values"},
       {"values offset wraps", sparse({0}, 1, {{"values", {{"byteOffset", kHuge}}}}), "'byteOffset'"},
@@ -291,36 +296,36 @@ TEST(SceneBadDocument, values_of_the_wrong_kind_are_refused) {
       {"doubleSided a number", [](Builder& b) { b.material()["doubleSided"] = 1; }, "'doubleSided'"},
       {"position of VEC2", [](Builder& b) { b.json["accessors"][0]["type"] = "VEC2"; }, "POSITION"},
       {"position of shorts",
-       [](Builder& b) { b.primitive()["attributes"]["POSITION"] = b.add("VEC3", 5122, std::vector<short>(9), 3); },
+       [](Builder& b) { b.primitive()["attributes"]["POSITION"] = b.add("VEC3", kShort, std::vector<short>(9), 3); },
        "POSITION"},
       {"normals too few",
-       [](Builder& b) { b.primitive()["attributes"]["NORMAL"] = b.add("VEC3", 5126, std::vector<float>(6), 2); },
+       [](Builder& b) { b.primitive()["attributes"]["NORMAL"] = b.add("VEC3", kFloat, std::vector<float>(6), 2); },
        "NORMAL"},
       {"index beyond positions",
        [](Builder& b) {
-         b.primitive()["indices"] = b.add("SCALAR", 5123, std::vector<std::uint16_t>{0, 1, 3}, 3);
+         b.primitive()["indices"] = b.add("SCALAR", kUnsignedShort, std::vector<std::uint16_t>{0, 1, 3}, 3);
        },
        "accessor 2, element 2 is 3"},
       {"restart value u8",
        [](Builder& b) {
-         b.primitive()["indices"] = b.add("SCALAR", 5121, std::vector<std::uint8_t>{0, 255, 1}, 3);
+         b.primitive()["indices"] = b.add("SCALAR", kUnsignedByte, std::vector<std::uint8_t>{0, 255, 1}, 3);
        },
        "accessor 2, element 1 is 255, the primitive restart value"},
       {"restart value u16",
        [](Builder& b) {
-         b.primitive()["indices"] = b.add("SCALAR", 5123, std::vector<std::uint16_t>{0, 1, 65535}, 3);
+         b.primitive()["indices"] = b.add("SCALAR", kUnsignedShort, std::vector<std::uint16_t>{0, 1, 65535}, 3);
        },
        "restart"},
       {"restart value u32",
        [](Builder& b) {
-         b.primitive()["indices"] = b.add("SCALAR", 5125, std::vector<std::uint32_t>{~0U, 1, 2}, 3);
+         b.primitive()["indices"] = b.add("SCALAR", kUnsignedInt, std::vector<std::uint32_t>{~0U, 1, 2}, 3);
        },
        "restart"},
       {"indices of floats",
-       [](Builder& b) { b.primitive()["indices"] = b.add("SCALAR", 5126, std::vector<float>(3), 3); },
+       [](Builder& b) { b.primitive()["indices"] = b.add("SCALAR", kFloat, std::vector<float>(3), 3); },
        "SCALAR of unsigned"},
       {"indices of vectors",
-       [](Builder& b) { b.primitive()["indices"] = b.add("VEC2", 5123, std::vector<short>(6), 3); },
+       [](Builder& b) { b.primitive()["indices"] = b.add("VEC2", kUnsignedShort, std::vector<short>(6), 3); },
        "SCALAR of unsigned"},
       {"camera of no type",
        [](Builder& b) {

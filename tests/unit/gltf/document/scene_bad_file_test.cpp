@@ -15,6 +15,8 @@ using scene_test::Builder;
 using scene_test::contains;
 using scene_test::glb;
 using scene_test::Json;
+using scene_test::kFloat;
+using scene_test::kUnsignedByte;
 using scene_test::message_of;
 using scene_test::TemporaryFolder;
 using scene_test::u32_bytes;
@@ -180,7 +182,7 @@ TEST(SceneBadFile, uris_lead_only_to_regular_files_in_the_folder_of_the_scene) {
 TEST(SceneBadFile, accessors_shared_by_countless_primitives_are_refused_before_memory_runs_out) {
   Builder builder;
   const std::vector<std::uint8_t> indices(3000000, 0);
-  const std::size_t shared = builder.add("SCALAR", 5121, indices, indices.size());
+  const std::size_t shared = builder.add("SCALAR", kUnsignedByte, indices, indices.size());
   Json primitive = builder.primitive();
   primitive["indices"] = shared;
   Json& primitives = builder.json["meshes"][0]["primitives"] = Json::array();
@@ -194,7 +196,7 @@ TEST(SceneBadFile, accessors_shared_by_countless_primitives_are_refused_before_m
 TEST(SceneBadFile, random_damage_never_gets_past_the_checks) {
   Builder builder;
   builder.primitive()["attributes"]["NORMAL"] =
-      builder.add("VEC3", 5126, std::vector<float>{0, 0, 1, 0, 0, 1, 0, 0, 1}, 3);
+      builder.add("VEC3", kFloat, std::vector<float>{0, 0, 1, 0, 0, 1, 0, 0, 1}, 3);
   builder.json["cameras"] = {{{"type", "perspective"}, {"perspective", {{"yfov", 1}}}}};
   builder.json["nodes"].push_back({{"camera", 0}, {"rotation", {0, 0, 0, 1}}});
   builder.json["scenes"][0]["nodes"] = {0, 1};

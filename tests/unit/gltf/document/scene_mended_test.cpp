@@ -15,6 +15,8 @@ using scene_test::base64;
 using scene_test::Builder;
 using scene_test::contains;
 using scene_test::Json;
+using scene_test::kFloat;
+using scene_test::kUnsignedByte;
 using scene_test::message_of;
 using scene_test::TemporaryFolder;
 
@@ -67,7 +69,7 @@ TEST(SceneMended, buffers_without_bytes_are_no_harm_where_nothing_reads_them) {
   builder.json["bufferViews"].push_back({{"buffer", 1}, {"byteLength", 36}});
   expect_mended_triangle(builder.load(), "bufferView 2: buffer 1 has neither a URI");
   builder.primitive()["attributes"]["NORMAL"] = 2;
-  builder.json["accessors"].push_back({{"bufferView", 2}, {"componentType", 5126}, {"count", 3}, {"type", "VEC3"}});
+  builder.json["accessors"].push_back({{"bufferView", 2}, {"componentType", kFloat}, {"count", 3}, {"type", "VEC3"}});
   EXPECT_TRUE(contains(message_of([&] { builder.load(); }), "bufferView 2: buffer 1 has neither a URI"));
 }
 
@@ -125,7 +127,7 @@ TEST(SceneMended, strides_that_are_no_multiple_of_4_are_read_as_they_are) {
 
 TEST(SceneMended, the_last_column_of_a_matrix_needs_no_padding) {
   Builder builder;
-  builder.add("MAT3", 5121, std::vector<std::uint8_t>(23), 2);  // 12 bytes, then 11
+  builder.add("MAT3", kUnsignedByte, std::vector<std::uint8_t>(23), 2);  // 12 bytes, then 11
   expect_clean_triangle(builder.load());
   builder.json["bufferViews"].back()["byteLength"] = 22;
   expect_mended_triangle(builder.load(), "accessor 2: 2 elements need bytes 0 to 23");
@@ -143,7 +145,7 @@ TEST(SceneMended, wrong_parts_that_the_scene_does_not_use_are_left_out_and_refus
        },
        [](Builder& b) { b.primitive()["attributes"]["_CUSTOM"] = 2; }, "'componentType' 1 is none"},
       {[](Builder& b) {
-         b.json["accessors"].push_back({{"name", 7}, {"componentType", 5126}, {"count", 3}, {"type", "VEC3"}});
+         b.json["accessors"].push_back({{"name", 7}, {"componentType", kFloat}, {"count", 3}, {"type", "VEC3"}});
        },
        [](Builder& b) { b.primitive()["attributes"]["NORMAL"] = 2; }, "'name' is not a string"},
       {[](Builder& b) { b.json["accessors"].push_back(7); }, [](Builder& b) { b.primitive()["indices"] = 2; },

@@ -15,7 +15,10 @@ using eikon::Scene;
 using scene_test::Builder;
 using scene_test::contains;
 using scene_test::Json;
+using scene_test::kFloat;
 using scene_test::kSide;
+using scene_test::kUnsignedByte;
+using scene_test::kUnsignedShort;
 using scene_test::Lie;
 using scene_test::message_of;
 using scene_test::refused_or_sound;
@@ -80,12 +83,12 @@ struct DracoFile {
       builder.json["accessors"].push_back({{"componentType", component}, {"count", count}, {"type", type}});
       return builder.json["accessors"].size() - 1;
     };
-    const std::size_t first = announce("VEC3", 5126, points);
-    announce("VEC3", 5126, points);
-    const std::size_t colors = announce("VEC4", 5121, points);
+    const std::size_t first = announce("VEC3", kFloat, points);
+    announce("VEC3", kFloat, points);
+    const std::size_t colors = announce("VEC4", kUnsignedByte, points);
     builder.json["accessors"][colors]["normalized"] = true;
     builder.primitive()["attributes"] = {{"POSITION", first}, {"NORMAL", first + 1}, {"COLOR_0", colors}};
-    builder.primitive()["indices"] = announce("SCALAR", 5123, sheet.indices.size());
+    builder.primitive()["indices"] = announce("SCALAR", kUnsignedShort, sheet.indices.size());
     extension() = {{"bufferView", 2}, {"attributes", {{"POSITION", position}, {"NORMAL", normal}, {"COLOR_0", color}}}};
     builder.json["extensionsUsed"].push_back("KHR_draco_mesh_compression");
     builder.json["extensionsRequired"] = {"KHR_draco_mesh_compression"};
@@ -165,14 +168,15 @@ TEST(SceneCompression, draco_extensions_that_lie_are_refused) {
       {"more indices", [](DracoFile& f) { f.indices()["count"] = 153; }, "50 triangles"},
       {"fewer positions", [](DracoFile& f) { f.accessor("POSITION")["count"] = 35; }, "36 vertices"},
       {"more normals", [](DracoFile& f) { f.accessor("NORMAL")["count"] = 37; }, "37 elements"},
-      {"colours of another type", [](DracoFile& f) { f.accessor("COLOR_0")["componentType"] = 5123; }, "another type"},
+      {"colours of another type", [](DracoFile& f) { f.accessor("COLOR_0")["componentType"] = kUnsignedShort; },
+       "another type"},
       {"a sparse accessor",
        [](DracoFile& f) {
          Builder& b = f.builder;
          const std::size_t at = b.add_view(std::vector<std::uint16_t>{0}), to = b.add_view(std::vector<float>{1, 2, 3});
          f.extension()["bufferView"] = 4;
          f.accessor("NORMAL")["sparse"] = {{"count", 1},
-                                           {"indices", {{"bufferView", at}, {"componentType", 5123}}},
+                                           {"indices", {{"bufferView", at}, {"componentType", kUnsignedShort}}},
                                            {"values", {{"bufferView", to}}}};
        },
        "is sparse"},

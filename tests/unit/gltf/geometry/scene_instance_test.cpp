@@ -11,9 +11,9 @@ using eikon::Scene;
 using scene_test::Builder;
 using scene_test::contains;
 using scene_test::Json;
+using scene_test::kByte;
+using scene_test::kFloat;
 using scene_test::message_of;
-
-constexpr int kByteComponent = 5120, kFloatComponent = 5126;
 
 /// The builder's triangle with attributes of the extension, which is required.
 struct Instanced : Builder {
@@ -23,7 +23,7 @@ struct Instanced : Builder {
     json["extensionsRequired"] = {"EXT_mesh_gpu_instancing"};
   }
   Instanced& with(const char* name, const char* type, const std::vector<float>& values, std::size_t count) {
-    attributes()[name] = add(type, kFloatComponent, values, count);
+    attributes()[name] = add(type, kFloat, values, count);
     return *this;
   }
 };
@@ -38,7 +38,7 @@ TEST(SceneInstances, each_is_scaled_turned_and_moved_before_its_node) {
   const float half = std::sqrt(0.5F);
   file.with("TRANSLATION", "VEC3", {1, 2, 3, 0, 0, 0}, 2).with("SCALE", "VEC3", {2, 3, 4, 1, 1, -1}, 2);
   file.with("ROTATION", "VEC4", {0, 0, half, half, 0, 0, 0, 1}, 2);
-  file.attributes()["_ID"] = file.add("SCALAR", kFloatComponent, std::vector<float>{7, 8}, 2);  // the application's own
+  file.attributes()["_ID"] = file.add("SCALAR", kFloat, std::vector<float>{7, 8}, 2);  // the application's own
   file.node()["translation"] = {100, 0, 0};
   const Scene scene = file.load();
   ASSERT_EQ(scene.nodes.size(), 2U);
@@ -55,7 +55,7 @@ TEST(SceneInstances, each_is_scaled_turned_and_moved_before_its_node) {
 
 TEST(SceneInstances, rotations_may_be_normalized_integers) {
   Instanced file;
-  const std::size_t turns = file.add("VEC4", kByteComponent, std::vector<std::int8_t>{0, 0, 127, 127, 0, 127, 0, 0}, 2);
+  const std::size_t turns = file.add("VEC4", kByte, std::vector<std::int8_t>{0, 0, 127, 127, 0, 127, 0, 0}, 2);
   file.json["accessors"][turns]["normalized"] = true;
   file.attributes()["ROTATION"] = turns;
   const Scene scene = file.load();
@@ -122,7 +122,7 @@ TEST(SceneInstances, bad_ones_are_refused_with_their_place) {
 
   // A file of a few bytes that would place 2^32 meshes.
   Instanced endless;
-  endless.json["accessors"].push_back({{"componentType", kFloatComponent}, {"count", 4294967295U}, {"type", "VEC3"}});
+  endless.json["accessors"].push_back({{"componentType", kFloat}, {"count", 4294967295U}, {"type", "VEC3"}});
   endless.attributes()["TRANSLATION"] = endless.json["accessors"].size() - 1;
   EXPECT_TRUE(contains(message(endless), "elements of zeros without a bufferView"));
 }

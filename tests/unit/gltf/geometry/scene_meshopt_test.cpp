@@ -12,7 +12,10 @@ using eikon::Scene;
 using scene_test::Builder;
 using scene_test::contains;
 using scene_test::Json;
+using scene_test::kByte;
+using scene_test::kFloat;
 using scene_test::kSide;
+using scene_test::kUnsignedShort;
 using scene_test::Lie;
 using scene_test::message_of;
 using scene_test::refused_or_sound;
@@ -41,7 +44,7 @@ struct MeshoptFile {
     builder.json["buffers"] = {
         {{"byteLength", 0}},
         {{"byteLength", 1 << 20}, {"extensions", {{"EXT_meshopt_compression", {{"fallback", true}}}}}}};
-    add(encode_vertices(sheet.positions.data(), vertices, 12), vertices, 12, "ATTRIBUTES", "NONE", "VEC3", 5126);
+    add(encode_vertices(sheet.positions.data(), vertices, 12), vertices, 12, "ATTRIBUTES", "NONE", "VEC3", kFloat);
     // Normals of 8 bits, octahedral, padded to 4 bytes.
     std::vector<float> four;
     for (std::size_t i = 0; i < vertices; ++i) {
@@ -49,13 +52,13 @@ struct MeshoptFile {
     }
     std::vector<signed char> octahedral(4 * vertices);
     meshopt_encodeFilterOct(octahedral.data(), vertices, 4, 8, four.data());
-    add(encode_vertices(octahedral.data(), vertices, 4), vertices, 4, "ATTRIBUTES", "OCTAHEDRAL", "VEC3", 5120);
+    add(encode_vertices(octahedral.data(), vertices, 4), vertices, 4, "ATTRIBUTES", "OCTAHEDRAL", "VEC3", kByte);
     Encoded indices(as_sequence ? meshopt_encodeIndexSequenceBound(corners, vertices)
                                 : meshopt_encodeIndexBufferBound(corners, vertices));
     indices.resize(as_sequence
                        ? meshopt_encodeIndexSequence(indices.data(), indices.size(), sheet.indices.data(), corners)
                        : meshopt_encodeIndexBuffer(indices.data(), indices.size(), sheet.indices.data(), corners));
-    add(indices, corners, 2, as_sequence ? "INDICES" : "TRIANGLES", nullptr, "SCALAR", 5123);
+    add(indices, corners, 2, as_sequence ? "INDICES" : "TRIANGLES", nullptr, "SCALAR", kUnsignedShort);
     accessor(1)["normalized"] = true;
     builder.primitive()["attributes"] = {{"POSITION", 2}, {"NORMAL", 3}};
     builder.primitive()["indices"] = 4;
@@ -230,7 +233,7 @@ TEST(SceneCompression, meshopt_views_cannot_multiply_one_piece_of_data) {
   const Encoded bytes = encode_vertices(zeros.data(), zeros.size() / 4, 16);
   MeshoptFile file;
   for (int i = 0; i < 40; ++i)
-    file.add(i == 0 ? bytes : Encoded{}, zeros.size() / 4, 16, "ATTRIBUTES", nullptr, "VEC4", 5126);
+    file.add(i == 0 ? bytes : Encoded{}, zeros.size() / 4, 16, "ATTRIBUTES", nullptr, "VEC4", kFloat);
   const std::size_t shared = 3;
   for (std::size_t i = shared; i < file.data.size(); ++i) {
     file.extension(i)["byteOffset"] = 0;  // set below, once the place of the data is known

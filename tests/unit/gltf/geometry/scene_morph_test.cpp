@@ -14,16 +14,19 @@ using eikon::Scene;
 using scene_test::Builder;
 using scene_test::contains;
 using scene_test::Json;
+using scene_test::kByte;
+using scene_test::kFloat;
+using scene_test::kShort;
+using scene_test::kUnsignedByte;
+using scene_test::kUnsignedShort;
 using scene_test::message_of;
-
-constexpr int kFloat32 = 5126;
 
 /// The triangle with a target that moves its vertices by (0, 0, 1), (0, 0, 2), (0, 0, 3), and one
 /// by (2, 0, 0) each.
 Builder morphing() {
   Builder builder;
-  const std::size_t up = builder.add("VEC3", kFloat32, std::vector<float>{0, 0, 1, 0, 0, 2, 0, 0, 3}, 3),
-                    aside = builder.add("VEC3", kFloat32, std::vector<float>{2, 0, 0, 2, 0, 0, 2, 0, 0}, 3);
+  const std::size_t up = builder.add("VEC3", kFloat, std::vector<float>{0, 0, 1, 0, 0, 2, 0, 0, 3}, 3),
+                    aside = builder.add("VEC3", kFloat, std::vector<float>{2, 0, 0, 2, 0, 0, 2, 0, 0}, 3);
   builder.primitive()["targets"] = {{{"POSITION", up}}, {{"POSITION", aside}}};
   return builder;
 }
@@ -35,12 +38,12 @@ std::vector<glm::vec3> positions(const Scene& scene, std::size_t mesh = 0) {
 /// An accessor without a bufferView, whose element `at` is replaced.
 std::size_t add_sparse(Builder& builder, std::uint8_t at, const std::vector<float>& value) {
   const std::size_t indices = builder.add_view(std::vector<std::uint8_t>{at}), values = builder.add_view(value);
-  builder.json["accessors"].push_back({{"componentType", kFloat32},
+  builder.json["accessors"].push_back({{"componentType", kFloat},
                                        {"count", 3},
                                        {"type", "VEC3"},
                                        {"sparse",
                                         {{"count", 1},
-                                         {"indices", {{"bufferView", indices}, {"componentType", 5121}}},
+                                         {"indices", {{"bufferView", indices}, {"componentType", kUnsignedByte}}},
                                          {"values", {{"bufferView", values}}}}}});
   return builder.json["accessors"].size() - 1;
 }
@@ -81,10 +84,10 @@ TEST(SceneMorph, one_mesh_under_nodes_of_different_weights_is_several) {
 TEST(SceneMorph, normals_colours_tangents_and_texture_coordinates_change_too) {
   Builder builder;
   Json& attributes = builder.primitive()["attributes"];
-  attributes["NORMAL"] = builder.add("VEC3", kFloat32, std::vector<float>{0, 0, 1, 0, 0, 1, 0, 0, 1}, 3);
-  attributes["COLOR_0"] = builder.add("VEC4", kFloat32, std::vector<float>(12, 0.5F), 3);
-  attributes["TEXCOORD_0"] = builder.add("VEC2", kFloat32, std::vector<float>{0, 0, 1, 0, 0, 1}, 3);
-  attributes["TANGENT"] = builder.add("VEC4", kFloat32, std::vector<float>{1, 0, 0, -1, 1, 0, 0, -1, 1, 0, 0, -1}, 3);
+  attributes["NORMAL"] = builder.add("VEC3", kFloat, std::vector<float>{0, 0, 1, 0, 0, 1, 0, 0, 1}, 3);
+  attributes["COLOR_0"] = builder.add("VEC4", kFloat, std::vector<float>(12, 0.5F), 3);
+  attributes["TEXCOORD_0"] = builder.add("VEC2", kFloat, std::vector<float>{0, 0, 1, 0, 0, 1}, 3);
+  attributes["TANGENT"] = builder.add("VEC4", kFloat, std::vector<float>{1, 0, 0, -1, 1, 0, 0, -1, 1, 0, 0, -1}, 3);
   builder.json["images"] = {
       {{"uri",
         "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAA"
@@ -92,10 +95,10 @@ TEST(SceneMorph, normals_colours_tangents_and_texture_coordinates_change_too) {
   builder.json["textures"] = {{{"source", 0}}};
   builder.material()["normalTexture"] = {{"index", 0}};
   Json target;
-  target["NORMAL"] = builder.add("VEC3", kFloat32, std::vector<float>{2, 0, 0, 0, 0, 0, 0, 0, 0}, 3);
-  target["COLOR_0"] = builder.add("VEC4", kFloat32, std::vector<float>{0.5F, 0, 0, -0.5F, 0, 0, 0, 0, 0, 0, 0, 0}, 3);
-  target["TEXCOORD_0"] = builder.add("VEC2", kFloat32, std::vector<float>{0, 0, 8, 0, 0, 0}, 3);
-  target["TANGENT"] = builder.add("VEC3", kFloat32, std::vector<float>{0, 2, 0, 0, 0, 0, 0, 0, 0}, 3);
+  target["NORMAL"] = builder.add("VEC3", kFloat, std::vector<float>{2, 0, 0, 0, 0, 0, 0, 0, 0}, 3);
+  target["COLOR_0"] = builder.add("VEC4", kFloat, std::vector<float>{0.5F, 0, 0, -0.5F, 0, 0, 0, 0, 0, 0, 0, 0}, 3);
+  target["TEXCOORD_0"] = builder.add("VEC2", kFloat, std::vector<float>{0, 0, 8, 0, 0, 0}, 3);
+  target["TANGENT"] = builder.add("VEC3", kFloat, std::vector<float>{0, 2, 0, 0, 0, 0, 0, 0, 0}, 3);
   builder.primitive()["targets"] = {target};
   builder.json["meshes"][0]["weights"] = {0.5};
   const Scene scene = builder.load();
@@ -131,15 +134,15 @@ TEST(SceneMorph, sparse_elements_are_found_beyond_the_first_block) {
   Builder builder;
   std::vector<float> points(3 * kCount);
   for (std::size_t i = 0; i < points.size(); ++i) points[i] = static_cast<float>(i % 7);
-  builder.primitive() = {{"attributes", {{"POSITION", builder.add("VEC3", kFloat32, points, kCount)}}}};
+  builder.primitive() = {{"attributes", {{"POSITION", builder.add("VEC3", kFloat, points, kCount)}}}};
   const std::vector<std::uint16_t> at{0, 4095, 4096, 9998};
   const std::size_t indices = builder.add_view(at), values = builder.add_view(std::vector<float>(12, 1.0F));
-  builder.json["accessors"].push_back({{"componentType", kFloat32},
+  builder.json["accessors"].push_back({{"componentType", kFloat},
                                        {"count", kCount},
                                        {"type", "VEC3"},
                                        {"sparse",
                                         {{"count", 4},
-                                         {"indices", {{"bufferView", indices}, {"componentType", 5123}}},
+                                         {"indices", {{"bufferView", indices}, {"componentType", kUnsignedShort}}},
                                          {"values", {{"bufferView", values}}}}}});
   builder.primitive()["targets"] = {{{"POSITION", builder.json["accessors"].size() - 1}}};
   builder.json["meshes"][0]["weights"] = {10};
@@ -155,8 +158,8 @@ TEST(SceneMorph, quantised_targets_and_bases_are_read_in_their_own_scales) {
   Builder builder;
   builder.json["extensionsUsed"].push_back("KHR_mesh_quantization");
   builder.primitive()["attributes"]["POSITION"] =
-      builder.add("VEC3", 5122, std::vector<std::int16_t>{0, 0, 0, 10, 0, 0, 0, 10, 0}, 3);
-  const std::size_t target = builder.add("VEC3", 5120, std::vector<std::int8_t>{0, 0, 127, 0, 0, -127, 0, 0, 0}, 3);
+      builder.add("VEC3", kShort, std::vector<std::int16_t>{0, 0, 0, 10, 0, 0, 0, 10, 0}, 3);
+  const std::size_t target = builder.add("VEC3", kByte, std::vector<std::int8_t>{0, 0, 127, 0, 0, -127, 0, 0, 0}, 3);
   builder.json["accessors"][target]["normalized"] = true;
   builder.primitive()["targets"] = {{{"POSITION", target}}};
   builder.json["meshes"][0]["weights"] = {4};
@@ -207,7 +210,7 @@ TEST(SceneMorph, weights_and_targets_that_do_not_fit_are_refused_in_one_line) {
       {"shorts without the extension",
        [](Builder& b) {
          b.node()["weights"] = {1, 2};
-         b.json["accessors"][2]["componentType"] = 5122;
+         b.json["accessors"][2]["componentType"] = kShort;
        },
        "of a type that glTF does not allow"},
       {"a place beyond all measure",
@@ -251,7 +254,7 @@ TEST(SceneMorph, targets_of_an_attribute_that_the_mesh_lacks_are_left_out_and_sa
 TEST(SceneMorph, one_accessor_for_countless_targets_is_refused_before_it_is_read) {
   Builder builder;
   const std::size_t count = 60000;
-  const std::size_t shared = builder.add("VEC3", kFloat32, std::vector<float>(3 * count), count);
+  const std::size_t shared = builder.add("VEC3", kFloat, std::vector<float>(3 * count), count);
   Json targets = Json::array(), weights = Json::array();
   for (int t = 0; t < 3000; ++t) {
     targets.push_back({{"POSITION", shared}});

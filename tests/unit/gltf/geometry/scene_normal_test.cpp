@@ -9,12 +9,14 @@ namespace {
 using eikon::Scene;
 using scene_test::Builder;
 using scene_test::contains;
+using scene_test::kFloat;
+using scene_test::kUnsignedByte;
 using scene_test::warns;
 
 constexpr float kNotANumber = std::numeric_limits<float>::quiet_NaN();
 
 void set(Builder& builder, const std::string& name, const std::vector<float>& values) {
-  builder.primitive()["attributes"][name] = builder.add("VEC3", 5126, values, values.size() / 3);
+  builder.primitive()["attributes"][name] = builder.add("VEC3", kFloat, values, values.size() / 3);
 }
 
 TEST(SceneNormals, a_bad_normal_becomes_that_of_its_triangles_and_the_others_stay) {
@@ -22,7 +24,8 @@ TEST(SceneNormals, a_bad_normal_becomes_that_of_its_triangles_and_the_others_sta
   // in none with area.
   Builder builder;
   set(builder, "POSITION", std::vector<float>{0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, -2, 5, 5, 5});
-  builder.primitive()["indices"] = builder.add("SCALAR", 5121, std::vector<std::uint8_t>{0, 1, 2, 1, 0, 3, 4, 4, 0}, 9);
+  builder.primitive()["indices"] =
+      builder.add("SCALAR", kUnsignedByte, std::vector<std::uint8_t>{0, 1, 2, 1, 0, 3, 4, 4, 0}, 9);
   set(builder, "NORMAL",
       std::vector<float>{0, 0, 0, kNotANumber, 0, 1, 3, 0, 0, 0, 0, 1, 0, std::numeric_limits<float>::infinity(), 0});
   const Scene scene = builder.load();

@@ -13,6 +13,7 @@ using picture_test::plain_png;
 using scene_test::Builder;
 using scene_test::contains;
 using scene_test::Json;
+using scene_test::kFloat;
 using scene_test::message_of;
 
 Json image_of(const std::string& file) { return {{"uri", "data:image/png;base64," + scene_test::base64(file)}}; }
@@ -21,7 +22,8 @@ Json image_of(const std::string& file) { return {{"uri", "data:image/png;base64,
 Builder with_fallback(const char* extension, const std::string& file,
                       const std::string& own = plain_png(1, 1, 7, 8, 9)) {
   Builder builder;
-  builder.primitive()["attributes"]["TEXCOORD_0"] = builder.add("VEC2", 5126, std::vector<float>{0, 0, 1, 0, 0, 1}, 3);
+  builder.primitive()["attributes"]["TEXCOORD_0"] =
+      builder.add("VEC2", kFloat, std::vector<float>{0, 0, 1, 0, 0, 1}, 3);
   builder.json["images"] = {image_of(own), image_of(file)};
   builder.json["textures"] = {{{"source", 0}, {"extensions", {{extension, {{"source", 1}}}}}}};
   builder.material()["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};

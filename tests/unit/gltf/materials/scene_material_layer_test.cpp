@@ -11,6 +11,7 @@ using eikon::Scene;
 using scene_test::Builder;
 using scene_test::contains;
 using scene_test::Json;
+using scene_test::kFloat;
 using scene_test::message_of;
 using scene_test::warns;
 
@@ -179,7 +180,8 @@ TEST(SceneMaterials, an_anisotropic_mesh_without_directions_is_isotropic_and_say
   const Scene flat = builder.load();
   EXPECT_TRUE(flat.meshes.at(0).primitives.at(0).tangents_object.empty());
   EXPECT_TRUE(warns(flat, "mesh 'flat', primitive 0: material 'paint' is anisotropic"));
-  builder.primitive()["attributes"]["TEXCOORD_0"] = builder.add("VEC2", 5126, std::vector<float>{0, 0, 1, 0, 0, 1}, 3);
+  builder.primitive()["attributes"]["TEXCOORD_0"] =
+      builder.add("VEC2", kFloat, std::vector<float>{0, 0, 1, 0, 0, 1}, 3);
   const Scene placed = builder.load();
   EXPECT_FALSE(placed.meshes.at(0).primitives.at(0).tangents_object.empty());
   EXPECT_TRUE(placed.warnings.empty());

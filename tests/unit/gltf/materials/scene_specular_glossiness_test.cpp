@@ -12,6 +12,7 @@ using scene_test::base64;
 using scene_test::Builder;
 using scene_test::contains;
 using scene_test::Json;
+using scene_test::kFloat;
 using scene_test::message_of;
 using scene_test::warns;
 
@@ -26,7 +27,7 @@ Builder with_glossy(const Json& glossy) {
     "metallicRoughnessTexture": {"index": 0}}})");
   builder.material()["extensions"][kName] = glossy;
   for (const char* name : {"TEXCOORD_0", "TEXCOORD_1"})
-    builder.primitive()["attributes"][name] = builder.add("VEC2", 5126, std::vector<float>{0, 0, 1, 0, 0, 1}, 3);
+    builder.primitive()["attributes"][name] = builder.add("VEC2", kFloat, std::vector<float>{0, 0, 1, 0, 0, 1}, 3);
   for (const std::uint8_t value : {std::uint8_t{10}, std::uint8_t{100}}) {
     const picture_test::Samples rgba{value, 20, 30, 0, 40, 50, 60, 255, 70, 80, 90, 51};
     const std::string file = picture_test::png(3, 1, rgba, {.colour_type = PNG_COLOR_TYPE_RGB_ALPHA});

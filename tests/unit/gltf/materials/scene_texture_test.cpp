@@ -22,6 +22,7 @@ using scene_test::base64;
 using scene_test::Builder;
 using scene_test::contains;
 using scene_test::Json;
+using scene_test::kFloat;
 using scene_test::leaves_out;
 using scene_test::message_of;
 using scene_test::TemporaryFolder;
@@ -32,7 +33,7 @@ std::string data_uri(const std::string& file) { return "data:image/png;base64," 
 /// Texture coordinates for the triangle, so that nothing is missing.
 void add_coordinates(Builder& builder) {
   for (const char* name : {"TEXCOORD_0", "TEXCOORD_1"})
-    builder.primitive()["attributes"][name] = builder.add("VEC2", 5126, std::vector<float>{0, 0, 1, 0, 0, 1}, 3);
+    builder.primitive()["attributes"][name] = builder.add("VEC2", kFloat, std::vector<float>{0, 0, 1, 0, 0, 1}, 3);
 }
 
 /// A document whose material has one base colour texture with `image`, {"uri": ...} or

@@ -12,14 +12,16 @@ using picture_test::plain_png;
 using scene_test::base64;
 using scene_test::Builder;
 using scene_test::Json;
+using scene_test::kFloat;
 
 TEST(SceneTextures, tangents_that_a_file_lacks_follow_the_transformed_image) {
   Builder builder;
-  builder.primitive()["attributes"]["TEXCOORD_0"] = builder.add("VEC2", 5126, std::vector<float>{0, 0, 1, 0, 0, 1}, 3);
+  builder.primitive()["attributes"]["TEXCOORD_0"] =
+      builder.add("VEC2", kFloat, std::vector<float>{0, 0, 1, 0, 0, 1}, 3);
   builder.json["images"] = {{{"uri", "data:image/png;base64," + base64(plain_png(2, 1))}}};
   builder.json["textures"] = {{{"source", 0}}};
   builder.primitive()["attributes"]["NORMAL"] =
-      builder.add("VEC3", 5126, std::vector<float>{0, 0, 1, 0, 0, 1, 0, 0, 1}, 3);
+      builder.add("VEC3", kFloat, std::vector<float>{0, 0, 1, 0, 0, 1, 0, 0, 1}, 3);
   const auto tangent = [&](std::size_t material, const Json& transform) {
     builder.json["materials"][material]["normalTexture"] = {{"index", 0}};
     if (!transform.is_null())
