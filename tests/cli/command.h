@@ -3,6 +3,7 @@
 #pragma once
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -64,6 +65,17 @@ class Workplace {
     return {code, read_bytes(logs_ / "out"), read_bytes(logs_ / "err")};
   }
 
+  /// Runs `eikon arguments`, which must succeed.
+  /// returns  the most bytes that it had in memory at a time
+  std::int64_t peak_bytes(const std::string& arguments) const {
+    const pid_t child = start(arguments);
+    int status = 0;
+    rusage usage{};
+    EXPECT_EQ(wait4(child, &status, 0, &usage), child);
+    EXPECT_EQ(status, 0) << arguments;
+    return std::int64_t{usage.ru_maxrss} * 1024;
+  }
+
   /// Names of what lies in the folder, sorted.
   [[nodiscard]] std::vector<std::string> files() const {
     std::vector<std::string> names;
@@ -73,8 +85,7 @@ class Workplace {
     return names;
   }
   std::filesystem::path write(const std::string& name, const std::string& bytes) const {
-    std::ofstream(folder_ / name, std::ios::binary) << bytes;
-    return folder_ / name;
+    return folder_.write(name, bytes);
   }
   static std::string binary() { return std::string("'") + EIKON_BINARY + "'"; }
 

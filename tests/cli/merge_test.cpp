@@ -252,13 +252,8 @@ TEST_F(Merge, what_does_not_belong_together_is_refused_by_name) {
 }
 
 TEST_F(Merge, has_one_part_at_a_time_in_memory) {
-  const auto peak_bytes = [&](const std::string& parts) -> std::int64_t {
-    const pid_t child = here.start("merge " + parts + " -o out.exr --quiet");
-    int status = 0;
-    rusage usage{};
-    EXPECT_EQ(wait4(child, &status, 0, &usage), child);
-    EXPECT_EQ(status, 0);
-    return std::int64_t{usage.ru_maxrss} * 1024;
+  const auto peak_bytes = [&](const std::string& parts) {
+    return here.peak_bytes("merge " + parts + " -o out.exr --quiet");
   };
   std::string parts;
   for (int i = 0; i < 6; ++i) {

@@ -14,15 +14,6 @@ namespace {
 
 using nlohmann::json;
 
-/// Most bytes that a run had in memory at a time; 0 if it failed.
-std::int64_t peak_bytes(const Workplace& here, const std::string& arguments) {
-  const pid_t child = here.start(arguments);
-  int status = 0;
-  rusage usage{};
-  if (wait4(child, &status, 0, &usage) != child || status != 0) return 0;
-  return std::int64_t{usage.ru_maxrss} * 1024;
-}
-
 TEST(BatchLimits, N13_memory_does_not_grow_with_the_jobs) {
   const Workplace here;
   const auto peak = [&](int jobs, const std::vector<std::string>& scenes) {
@@ -31,7 +22,7 @@ TEST(BatchLimits, N13_memory_does_not_grow_with_the_jobs) {
       lines += fmt::format("render {} -o {}.exr --size 128x96 --spp 1 --seed {}\n",
                            scene(scenes[std::size_t(i) % scenes.size()]), i, i);
     here.write("jobs", lines);
-    const std::int64_t bytes = peak_bytes(here, "batch jobs --force");
+    const std::int64_t bytes = here.peak_bytes("batch jobs --force");
     EXPECT_GT(bytes, 0);
     return bytes;
   };

@@ -16,6 +16,10 @@
 namespace eikon::test {
 namespace {
 
+using scene_test::kFloat;
+using scene_test::kUnsignedByte;
+using scene_test::kUnsignedInt;
+
 template <class T>
 void append(std::string& bytes, const std::vector<T>& values) {
   const std::size_t end = bytes.size();
@@ -62,12 +66,13 @@ std::string sheets(std::uint32_t side, std::uint32_t meshes, bool emits = false)
        {{{"buffer", 0}, {"byteOffset", 0}, {"byteLength", plane}},
         {{"buffer", 0}, {"byteOffset", plane}, {"byteLength", plane}},
         {{"buffer", 0}, {"byteOffset", 2 * plane}, {"byteLength", indices.size() * sizeof(std::uint32_t)}}}},
-      {"accessors", {accessor(2, 0, 5125, indices.size(), "SCALAR")}},
+      {"accessors", {accessor(2, 0, kUnsignedInt, indices.size(), "SCALAR")}},
       {"scenes", {{{"nodes", nlohmann::json::array()}}}},
       {"scene", 0}};
   if (emits) document["materials"] = {{{"emissiveFactor", {1, 1, 1}}}};
   for (std::uint32_t mesh = 0; mesh < meshes; ++mesh) {
-    for (const int view : {0, 1}) document["accessors"].push_back(accessor(view, mesh * step, 5126, vertices, "VEC3"));
+    for (const int view : {0, 1})
+      document["accessors"].push_back(accessor(view, mesh * step, kFloat, vertices, "VEC3"));
     nlohmann::json primitive = {{"attributes", {{"POSITION", 2 * mesh + 1}, {"NORMAL", 2 * mesh + 2}}}, {"indices", 0}};
     if (emits) primitive["material"] = 0;
     document["meshes"].push_back({{"primitives", {primitive}}});
@@ -94,7 +99,7 @@ std::string strips(std::size_t corners) {
       {"bufferViews",
        {{{"buffer", 0}, {"byteOffset", 0}, {"byteLength", plane}},
         {{"buffer", 0}, {"byteOffset", plane}, {"byteLength", corners}}}},
-      {"accessors", {accessor(0, 0, 5126, kVertices, "VEC3"), accessor(1, 0, 5121, corners, "SCALAR")}},
+      {"accessors", {accessor(0, 0, kFloat, kVertices, "VEC3"), accessor(1, 0, kUnsignedByte, corners, "SCALAR")}},
       {"nodes", {{{"mesh", 0}}}},
       {"scenes", {{{"nodes", {0}}}}},
       {"scene", 0}};
@@ -127,8 +132,8 @@ nlohmann::json document_of(const Grid& grid, std::size_t buffer_bytes) {
   return {{"asset", {{"version", "2.0"}}},
           {"buffers", {{{"byteLength", buffer_bytes}}}},
           {"accessors",
-           {{{"componentType", 5126}, {"count", grid.vertex_count()}, {"type", "VEC3"}},
-            {{"componentType", 5125}, {"count", grid.indices.size()}, {"type", "SCALAR"}}}},
+           {{{"componentType", kFloat}, {"count", grid.vertex_count()}, {"type", "VEC3"}},
+            {{"componentType", kUnsignedInt}, {"count", grid.indices.size()}, {"type", "SCALAR"}}}},
           {"meshes", {{{"primitives", {{{"attributes", {{"POSITION", 0}}}, {"indices", 1}}}}}}},
           {"nodes", {{{"mesh", 0}}}},
           {"scenes", {{{"nodes", {0}}}}},
@@ -191,15 +196,6 @@ double megabytes_before(const std::string& printed, const std::string& text) {
   return end == std::string::npos ? -1 : std::stod(printed.substr(begin));
 }
 
-/// Most bytes that a run had in memory at a time; 0 if it failed.
-std::uint64_t peak_bytes(const Workplace& here, const std::string& arguments) {
-  const pid_t child = here.start(arguments);
-  int status = 0;
-  rusage usage{};
-  if (wait4(child, &status, 0, &usage) != child || status != 0) return 0;
-  return std::uint64_t(usage.ru_maxrss) * 1024;
-}
-
 TEST(PeakMemory, of_a_render_is_what_its_devices_read_and_no_copy_of_it) {
   const Workplace here;
   if (here.eikon("render --devices cpu " + scene("furnace.gltf") + " --size 4x4 --spp 1 --quiet").code != 0)
@@ -210,11 +206,11 @@ TEST(PeakMemory, of_a_render_is_what_its_devices_read_and_no_copy_of_it) {
   // Without a tree, whose building takes what it likes; one ray per pixel, against all triangles.
   const std::string how = " --devices cpu --accel none --size 2x2 --spp 1 --max-depth 1 --quiet -o out.exr";
   // Compiles, which takes a hundred megabytes: large trees have programs of their own.
-  for (const char* file : {"small.glb", "large.glb"}) peak_bytes(here, fmt::format("render {}{}", file, how));
-  const std::uint64_t small = peak_bytes(here, "render small.glb" + how);
-  const std::uint64_t large = peak_bytes(here, "render large.glb" + how);
-  ASSERT_GT(small, 0U);
-  ASSERT_GT(large, 0U);
+  for (const char* file : {"small.glb", "large.glb"}) here.peak_bytes(fmt::format("render {}{}", file, how));
+  const std::int64_t small = here.peak_bytes("render small.glb" + how);
+  const std::int64_t large = here.peak_bytes("render large.glb" + how);
+  ASSERT_GT(small, 0);
+  ASSERT_GT(large, 0);
   // A Triangle, its TriangleNormals and an entry in the list of triangles; and half of the meshes,
   // 12 bytes, for the one that is being packed and for what the C library keeps of memory that was
   // given back. All meshes beside the records would be 24 bytes, another copy of the records 128.
@@ -227,11 +223,11 @@ TEST(PeakMemory, of_info_is_at_most_three_times_the_file) {
   here.write("dense.glb", sheets(1001, 1));       // 2 million triangles: packed and with a tree they take 600 MB
   here.write("glow.glb", sheets(1001, 1, true));  // with lights and their tree they take 600 MB more
   here.write("strips.glb", strips(275'000));      // 5.5 million triangles in .3 MB
-  const std::uint64_t bare = peak_bytes(here, "info bare.glb");
-  ASSERT_GT(bare, 0U);
+  const std::int64_t bare = here.peak_bytes("info bare.glb");
+  ASSERT_GT(bare, 0);
   for (const char* file : {"dense.glb", "glow.glb", "strips.glb"}) {
-    const std::uint64_t peak = peak_bytes(here, fmt::format("info {}", file));
-    ASSERT_GT(peak, 0U) << file;
+    const std::int64_t peak = here.peak_bytes(fmt::format("info {}", file));
+    ASSERT_GT(peak, 0) << file;
     EXPECT_LE(double(peak) - double(bare), 3 * double(std::filesystem::file_size(here / file)))
         << file << ": " << peak << " and " << bare;
   }
@@ -243,8 +239,8 @@ TEST(PeakMemory, of_info_with_compressed_meshes_is_within_what_it_says_of_them) 
   here.write("bare.glb", strips(3));
   here.write("draco.glb", in_draco(grid));
   here.write("meshopt.glb", in_meshopt(grid));
-  const std::uint64_t bare = peak_bytes(here, "info bare.glb");
-  ASSERT_GT(bare, 0U);
+  const std::int64_t bare = here.peak_bytes("info bare.glb");
+  ASSERT_GT(bare, 0);
   EXPECT_FALSE(contains(here.eikon("info bare.glb").out, "compressed"));
   for (const std::string file : {"draco.glb", "meshopt.glb"}) {
     const std::string printed = here.eikon("info " + file).out;
@@ -254,8 +250,8 @@ TEST(PeakMemory, of_info_with_compressed_meshes_is_within_what_it_says_of_them) 
         << printed;
     const double decoder = megabytes_before(printed, " MB at most");
     EXPECT_EQ(decoder > 0, file == "draco.glb") << printed;
-    const std::uint64_t peak = peak_bytes(here, "info " + file);
-    ASSERT_GT(peak, 0U) << file;
+    const std::int64_t peak = here.peak_bytes("info " + file);
+    ASSERT_GT(peak, 0) << file;
     const double file_bytes = double(std::filesystem::file_size(here / file));
     EXPECT_LE(double(peak) - double(bare), file_bytes + double(grid.bytes()) + std::max(decoder, 0.0) * 1e6)
         << file << ": " << peak << " and " << bare << "\n"
@@ -269,8 +265,8 @@ TEST(PeakMemory, does_not_grow_with_samples) {
   // Room for so many samples would be 12 bytes each: 3 and 25 MB. Units are as large in both, and
   // the set of samples has no more parts.
   const auto peak = [&](int spp) {
-    return peak_bytes(here, "render --devices cpu " + scene("cornell.gltf") +
-                                " -o out.exr --size 64x64 --quiet --spp " + std::to_string(spp));
+    return here.peak_bytes("render --devices cpu " + scene("cornell.gltf") + " -o out.exr --size 64x64 --quiet --spp " +
+                           std::to_string(spp));
   };
   (void)peak(4);  // compiles
   const std::uint64_t few = peak(64), many = peak(512);

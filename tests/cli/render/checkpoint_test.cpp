@@ -251,14 +251,9 @@ TEST(Checkpoint, of_a_finished_render_gives_the_picture_without_any_device) {
 
 TEST(Checkpoint, N13_memory_does_not_grow_with_the_samples) {
   const Workplace here;
-  const auto peak_bytes = [&](int spp) -> std::int64_t {
-    const pid_t child = here.start(
+  const auto peak_bytes = [&](int spp) {
+    return here.peak_bytes(
         cornell("--size 32x32 --quiet --checkpoint c.exr --checkpoint-every 0.05 --spp " + std::to_string(spp)));
-    int status = 0;
-    rusage usage{};
-    EXPECT_EQ(wait4(child, &status, 0, &usage), child);
-    EXPECT_EQ(status, 0);
-    return std::int64_t{usage.ru_maxrss} * 1024;
   };
   ASSERT_TRUE(succeeded(here.eikon(cornell("--size 32x32 --quiet --spp 1000"))));  // compiled
   // Five million samples more, and not a byte for each.

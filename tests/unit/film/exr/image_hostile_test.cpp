@@ -10,7 +10,6 @@
 
 #include <array>
 #include <bit>
-#include <fstream>
 
 #include "core/error.h"
 #include "support/film_builder.h"
@@ -28,10 +27,6 @@ using test::message_of;
 using test::read_bytes;
 using test::small_layout;
 using test::TemporaryFolder;
-
-void write_bytes(const std::filesystem::path& path, const std::string& bytes) {
-  std::ofstream(path, std::ios::binary) << bytes;
-}
 
 /// Calls a reader; anything but an image or an InputError of one line fails the test.
 template <typename Reader>
@@ -61,12 +56,12 @@ TEST(HostileExr, a_file_cut_anywhere_is_an_input_error) {
   const auto path = folder / "cut.exr";
   // Every byte of the headers and chunk tables, then every 61st of the pixels.
   for (std::size_t size = 0; size < bytes.size(); size += size < 4000 ? 1 : 61) {
-    write_bytes(path, bytes.substr(0, size));
+    folder.write(path.filename(), bytes.substr(0, size));
     ASSERT_FALSE(reads(read_film, path)) << size;
     if (size % 8 == 0) reads(read_exr, path);
     if (size % 8 == 4) reads(read_metadata, path);
   }
-  write_bytes(path, bytes.substr(0, bytes.size() - 1));
+  folder.write(path.filename(), bytes.substr(0, bytes.size() - 1));
   EXPECT_FALSE(reads(read_film, path));
 }
 
@@ -81,7 +76,7 @@ TEST(HostileExr, changed_bytes_never_crash_a_reader) {
     // Two of three changes hit the headers, where the sizes are.
     for (std::uint32_t flips = 1 + static_cast<std::uint32_t>(random()) % 3; flips > 0; --flips)
       changed[random() % (run % 3 == 0 ? changed.size() : 2500)] = static_cast<char>(random());
-    write_bytes(path, changed);
+    folder.write(path.filename(), changed);
     refused += reads(read_film, path) ? 0 : 1;
     reads(read_exr, path);
     reads(read_metadata, path);
@@ -100,7 +95,7 @@ TEST(HostileExr, a_huge_window_is_refused_before_memory_is_taken) {
       const auto word = std::bit_cast<std::array<char, 4>>(side);
       for (std::size_t i = 0; i < 4; ++i) changed[x_max + i] = changed[x_max + 4 + i] = word[i];
     }
-    write_bytes(folder / "huge.exr", changed);
+    folder.write("huge.exr", changed);
     EXPECT_FALSE(reads(read_exr, folder / "huge.exr")) << side;
     EXPECT_FALSE(reads(read_film, folder / "huge.exr")) << side;
   }
@@ -116,15 +111,15 @@ TEST(HostileExr, a_channel_that_is_listed_twice_is_refused) {
   const std::size_t at = bytes.find("R,G,B,Q");
   ASSERT_NE(at, std::string::npos);
   bytes[at + 6] = 'B';
-  write_bytes(folder / "twice.exr", bytes);
+  folder.write("twice.exr", bytes);
   EXPECT_THROW(read_film(folder / "twice.exr"), InputError);
 }
 
 TEST(HostileExr, what_is_no_exr_is_named) {
   const TemporaryFolder folder;
-  write_bytes(folder / "text.exr", "not an image at all");
-  write_bytes(folder / "empty.exr", "");
-  write_bytes(folder / "magic.exr", "\x76\x2f\x31\x01");
+  folder.write("text.exr", "not an image at all");
+  folder.write("empty.exr", "");
+  folder.write("magic.exr", "\x76\x2f\x31\x01");
   for (const auto& [name, says] :
        {std::pair("text.exr", "no OpenEXR file"), std::pair("empty.exr", "is empty (0 bytes)"),
         std::pair("magic.exr", "cut off or damaged: copy or render it again"),
@@ -207,7 +202,7 @@ TEST(Exr, files_of_other_programs_are_read_whatever_their_layout_type_and_compre
     for (int run = 0; run < 60; ++run) {
       std::string changed = bytes;
       changed[random() % (run % 2 == 0 ? changed.size() : 400)] = static_cast<char>(random());
-      write_bytes(folder / "changed.exr", changed);
+      folder.write("changed.exr", changed);
       reads(read_exr, folder / "changed.exr");
     }
   }
