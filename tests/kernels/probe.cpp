@@ -6,9 +6,8 @@
 
 #include <algorithm>
 #include <climits>
-#include <fstream>
+#include <filesystem>
 #include <memory>
-#include <sstream>
 #include <stdexcept>
 #include <string_view>
 #include <tuple>
@@ -17,6 +16,7 @@
 #include "device/device.h"
 #include "device/kernel_sources.h"
 #include "support/paths.h"
+#include "support/temporary_folder.h"
 
 namespace eikon::test {
 namespace {
@@ -66,13 +66,16 @@ struct Opened : testing::Environment {
 };
 Opened* const opened = static_cast<Opened*>(testing::AddGlobalTestEnvironment(new Opened));  // owned by GoogleTest
 
+/// A file of tests/kernels, with what it includes.
+std::string text_of(const std::string& path) {
+  const std::filesystem::path file = std::filesystem::path(EIKON_SOURCE_DIR "/tests/kernels") / path;
+  const std::string text = read_bytes(file);
+  if (text.empty()) throw std::runtime_error("cannot read " + file.string());
+  return expand_includes(text, file.filename().string());
+}
+
 const HashedText& probe_text() {
-  static const HashedText text = [] {
-    std::ifstream file(EIKON_SOURCE_DIR "/tests/kernels/probes.cl");
-    std::stringstream content;
-    if (!(content << file.rdbuf())) throw std::runtime_error("cannot read tests/kernels/probes.cl");
-    return expand_includes(content.str(), "probes.cl");
-  }();
+  static const HashedText text = text_of("probes.cl");
   return text;
 }
 
@@ -144,6 +147,8 @@ Probe& Probe::append(std::string text) {
   appended_ = std::move(text);
   return *this;
 }
+
+Probe& Probe::append_file(const std::string& path) { return append(text_of(path)); }
 
 std::vector<Words> Probe::run(const std::string& name, const std::vector<Words>& inputs, unsigned outputs) const {
   const std::size_t items = inputs.at(0).size();

@@ -6,6 +6,7 @@
 #include <bit>
 #include <cstdint>
 #include <functional>
+#include <glm/glm.hpp>
 #include <map>
 #include <memory>
 #include <string>
@@ -22,6 +23,15 @@ using Words = std::vector<std::uint32_t>;
 inline float as_float(std::uint32_t word) { return std::bit_cast<float>(word); }
 inline std::uint32_t as_word(float x) { return std::bit_cast<std::uint32_t>(x); }
 Words as_words(const std::vector<float>& values);
+
+/// Appends the components of a vector, rounded, to inputs first to first + 2.
+inline void append(std::vector<Words>& in, std::size_t first, const glm::dvec3& a) {
+  for (int k = 0; k < 3; ++k) in[first + std::size_t(k)].push_back(as_word(float(a[k])));
+}
+/// The vector of which words first to first + 2 of an item are the components.
+inline glm::dvec3 vector_at(const std::vector<Words>& words, std::size_t first, std::size_t item) {
+  return {as_float(words[first][item]), as_float(words[first + 1][item]), as_float(words[first + 2][item])};
+}
 
 /// Every device that can be used, opened once for the process.
 std::vector<std::unique_ptr<Device>>& devices();
@@ -51,6 +61,8 @@ class Probe {
   Probe& compare(std::size_t items);
   /// Text behind that of probes.cl: functions that are written at run time.
   Probe& append(std::string text);
+  /// The same for a file of tests/kernels. throws std::runtime_error if it cannot be read
+  Probe& append_file(const std::string& path);
   template <class T, class Allocator>
   Probe& buffer(const std::string& name, const std::vector<T, Allocator>& records) {
     const auto* words = reinterpret_cast<const std::uint32_t*>(records.data());

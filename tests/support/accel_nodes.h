@@ -23,8 +23,6 @@ struct NodeChild {
 
 namespace node_reader {
 
-inline float as_float(std::uint32_t word) { return std::bit_cast<float>(word); }
-
 /// Leaves that are ranges of the list.
 inline void link(const Accel& accel, std::uint32_t word, NodeChild& child) {
   child.leaf = (word & 0x80000000U) != 0;
@@ -41,8 +39,8 @@ inline std::vector<NodeChild> wide(const Accel& accel, std::uint32_t index, std:
   for (std::size_t i = 0; i < width; ++i) {
     NodeChild child;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      child.lo[axis] = as_float(words[2 * width * axis + i]);
-      child.hi[axis] = as_float(words[2 * width * axis + width + i]);
+      child.lo[axis] = std::bit_cast<float>(words[2 * width * axis + i]);
+      child.hi[axis] = std::bit_cast<float>(words[2 * width * axis + width + i]);
     }
     if (!(child.lo[0] <= child.hi[0])) continue;
     const std::uint32_t word = words[6 * width + i];
@@ -53,7 +51,7 @@ inline std::vector<NodeChild> wide(const Accel& accel, std::uint32_t index, std:
       for (std::size_t k = 0; k < 8; ++k) {
         if (block[72 + k] == 0xffffffffU) continue;
         child.triangles.push_back(block[72 + k]);
-        for (std::size_t c = 0; c < 9; ++c) child.corners.push_back(as_float(block[8 * c + k]));
+        for (std::size_t c = 0; c < 9; ++c) child.corners.push_back(std::bit_cast<float>(block[8 * c + k]));
       }
     }
     children.push_back(child);
@@ -67,8 +65,8 @@ inline std::vector<NodeChild> bvh2(const Accel& accel, std::uint32_t index) {
   for (std::size_t i = 0; i < 2; ++i) {
     NodeChild child;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      child.lo[axis] = as_float(words[6 * i + axis]);
-      child.hi[axis] = as_float(words[6 * i + 3 + axis]);
+      child.lo[axis] = std::bit_cast<float>(words[6 * i + axis]);
+      child.hi[axis] = std::bit_cast<float>(words[6 * i + 3 + axis]);
     }
     if (!(child.lo[0] <= child.hi[0])) continue;
     link(accel, words[12 + i], child);
@@ -80,7 +78,7 @@ inline std::vector<NodeChild> bvh2(const Accel& accel, std::uint32_t index) {
 /// The plane that a byte stands for: kernels/traverse/quantised.h.
 inline float quantised(const std::uint32_t* frame, std::size_t axis, std::uint32_t byte) {
   const float scale = std::ldexp(1.0F, static_cast<int>(frame[3] >> 8 * axis & 255U) - 127);
-  return as_float(frame[axis]) + static_cast<float>(byte) * scale;
+  return std::bit_cast<float>(frame[axis]) + static_cast<float>(byte) * scale;
 }
 
 inline std::uint32_t byte_of(std::uint32_t word, std::size_t i) { return word >> 8 * i & 255U; }

@@ -4,11 +4,10 @@
 
 #include <functional>
 
-#include "device/device.h"
 #include "kernels/bsdf/bsdf_probe.h"
 #include "kernels/statistics.h"
-#include "instruments/measure.h"
 #include "scene/measured_table.h"
+#include "support/measured_material.h"
 
 namespace eikon::test {
 namespace {
@@ -348,17 +347,6 @@ std::vector<Known> known_materials() {
   phong.specimen.material.shininess = 200;
   phong.specimen.material.highlight = {0.2F, 0.3F, 0.1F};
   return {lambert, copper, plastic, phong};
-}
-
-std::vector<float> measured(const Material& material) {
-  for (const DeviceInfo& info : list_devices()) {
-    if (!info.unusable.empty()) continue;
-    Device device(info);
-    Scene scene;
-    scene.materials = {material};
-    return measure(scene, 0, {0, 0}, device, info.platform.find("Oclgrind") == std::string::npos);
-  }
-  throw std::runtime_error("no OpenCL device");
 }
 
 // Interpolation between samples at unit distance is off by at most an eighth of the second

@@ -4,30 +4,20 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <glm/glm.hpp>
 #include <numbers>
 #include <numeric>
 #include <random>
-#include <sstream>
 
-#include "device/kernel_sources.h"
 #include "guide/guide_table.h"
 #include "kernels/probe.h"
 #include "kernels/statistics.h"
 #include "shared/records.h"
-#include "support/paths.h"
 
 namespace eikon::test {
 namespace {
 
-Probe guide_probe() {
-  std::ostringstream text;
-  text << std::ifstream(EIKON_SOURCE_DIR "/tests/kernels/guide/guide_probes.cl").rdbuf();
-  Probe probe("guide");
-  probe.append(expand_includes(text.str(), "guide_probes.cl"));
-  return probe;
-}
+Probe guide_probe() { return Probe("guide").append_file("guide/guide_probes.cl"); }
 
 /// One bin that has nearly everything; a slope; weights without order, some 0; no preference.
 std::vector<GuideCellData> some_cells() {

@@ -4,24 +4,18 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <random>
-#include <sstream>
 #include <string>
 
-#include "device/kernel_sources.h"
 #include "kernels/probe.h"
-#include "support/paths.h"
 
 namespace eikon::test {
 namespace {
 
 /// A probe whose kernels of one lane divide by eikon's own code.
 Probe own_division() {
-  std::ostringstream text;
-  text << std::ifstream(EIKON_SOURCE_DIR "/tests/kernels/lanes/division_probes.cl").rdbuf();
-  return Probe("division").define("EK_OWN_DIVISION", "1").append(expand_includes(text.str(), "division_probes.cl"));
+  return Probe("division").define("EK_OWN_DIVISION", "1").append_file("lanes/division_probes.cl");
 }
 
 /// The same, with first guesses that are so many units in the last place off.

@@ -1,18 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The choice of an alias table by its definition.
 #pragma once
-#include <random>
-
 #include "kernels/probe.h"
 #include "pack/lights/light_table.h"
+#include "support/random.h"
 
 namespace eikon::test {
-
-inline Words random_words(std::mt19937& random, std::size_t count) {
-  Words words(count);
-  for (auto& word : words) word = std::uint32_t(random());
-  return words;
-}
 
 /// The entry that an alias table gives for the word a.
 inline std::uint32_t choose(const LightTable& table, std::uint32_t a) {

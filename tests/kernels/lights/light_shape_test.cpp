@@ -13,6 +13,7 @@
 #include "kernels/probe.h"
 #include "kernels/statistics.h"
 #include "kernels/traverse/traverse_probe.h"
+#include "support/random.h"
 
 namespace eikon::test {
 namespace {
@@ -61,10 +62,6 @@ class Lamp {
   PackedScene packed_;
   std::optional<Probe> probe_;
 };
-
-void append(std::vector<Words>& in, std::size_t first, const glm::dvec3& a) {
-  for (int k = 0; k < 3; ++k) in[first + std::size_t(k)].push_back(as_word(float(a[k])));
-}
 
 std::vector<View> views() {
   std::vector<View> all;
@@ -200,7 +197,7 @@ TEST(LightShapes, L5_L6_from_anywhere_samples_are_finite_and_on_the_shape) {
       in[0].push_back(as_word(corner ? (i % 2 == 0 ? 0.0F : 1 - 0x1p-24F) : float(unit(random))));
       in[1].push_back(as_word(corner ? (i % 3 == 0 ? 0.0F : 1 - 0x1p-24F) : float(unit(random) * (1 - 0x1p-24))));
       // From everywhere, the middle, the surface of a sphere, and a million radii away.
-      const glm::dvec3 d = glm::normalize(glm::dvec3(unit(random), unit(random), unit(random)) - 0.5);
+      const glm::dvec3 d = random_direction(random);
       const double reach = i % 7 == 0   ? 0
                            : i % 7 == 1 ? 0.5
                            : i % 7 == 2 ? 5e5

@@ -8,21 +8,17 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <glm/gtc/matrix_transform.hpp>
 #include <numbers>
 #include <optional>
 #include <random>
-#include <sstream>
 #include <stdexcept>
 
-#include "device/kernel_sources.h"
 #include "kernels/lights/shape_lamps.h"
 #include "kernels/probe.h"
 #include "kernels/statistics.h"
 #include "pack/frame.h"
 #include "pack/pack.h"
-#include "support/paths.h"
 
 namespace eikon::test {
 namespace {
@@ -101,10 +97,8 @@ class StartProbe {
  public:
   StartProbe() : scene_(scene_of_lamps()), settings_(with_paths()), features_(scene_, settings_) {
     packed_ = pack_in_world(scene_, features_, settings_);
-    std::ostringstream text;
-    text << std::ifstream(EIKON_SOURCE_DIR "/tests/kernels/lights/light_start_probes.cl").rdbuf();
     probe_.emplace(lamp_probe("light_start", features_));
-    probe_->append(expand_includes(text.str(), "light_start_probes.cl"))
+    probe_->append_file("lights/light_start_probes.cl")
         .buffer("frame", std::vector<Frame>{pack_frame(packed_, settings_)})
         .buffer("triangles", packed_.triangles)
         .buffer("shapes", packed_.shapes)

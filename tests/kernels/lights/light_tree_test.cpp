@@ -10,6 +10,7 @@
 
 #include "kernels/probe.h"
 #include "kernels/statistics.h"
+#include "support/random.h"
 
 namespace eikon::test {
 namespace {
@@ -28,7 +29,7 @@ std::vector<LightMoments> lamps(std::size_t count, double decades) {
     l.power = std::pow(10.0, decades * (uniform(random) - 0.5));
     l.centroid = glm::dvec3(uniform(random), uniform(random), uniform(random)) * 10.0;
     l.variance = random() % 4 == 0 ? 0 : 1e-3 * uniform(random);
-    if (random() % 4 != 0) l.mean_direction = glm::normalize(glm::dvec3(uniform(random), uniform(random), uniform(random)) - 0.5);
+    if (random() % 4 != 0) l.mean_direction = random_direction(random);
   }
   return lights;
 }
@@ -68,12 +69,6 @@ Choices choose(const LightTree& tree, const Place& place, const Words& a, const 
     c.asked_of.push_back(as_float(out[4][i]));
   }
   return c;
-}
-
-Words random_words(std::mt19937& random, std::size_t count) {
-  Words words(count);
-  for (auto& word : words) word = std::uint32_t(random());
-  return words;
 }
 
 Words one_of_each(std::size_t count) {

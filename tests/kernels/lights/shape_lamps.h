@@ -27,11 +27,6 @@ inline Material lamp_material() {
   return material;
 }
 
-/// The vector that a probe has put out for item i, in three outputs from `first` on.
-inline glm::dvec3 vector_at(const std::vector<Words>& out, std::size_t first, std::size_t i) {
-  return {as_float(out[first][i]), as_float(out[first + 1][i]), as_float(out[first + 2][i])};
-}
-
 /// A probe in the program of a scene, without a tree.
 inline Probe lamp_probe(const std::string& subject, const Features& features) {
   Probe probe(subject);

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/glm.hpp>
-#include <random>
 #include <string>
 #include <vector>
 
@@ -13,6 +12,7 @@
 #include "formula/kernel_code.h"
 #include "formula/parse.h"
 #include "kernels/probe.h"
+#include "support/random.h"
 
 namespace eikon::test {
 namespace {
@@ -89,19 +89,18 @@ std::vector<Found> trace(const std::string& text, const std::vector<Ray>& rays, 
   return found;
 }
 
-struct Random {
-  std::mt19937 words{3};
-  double uniform(double lo, double hi) { return lo + (hi - lo) * double(words()) / 4294967296.0; }
-  dvec3 cube(double half) { return {uniform(-half, half), uniform(-half, half), uniform(-half, half)}; }
-};
+/// A point of the cube of so much to each side of the origin.
+dvec3 random_point(Random& random, double half) {
+  return {uniform(random, -half, half), uniform(random, -half, half), uniform(random, -half, half)};
+}
 
 // From anywhere within `distance` towards anywhere within `aim`.
 std::vector<Ray> rays_at(std::size_t count, double distance, double aim) {
-  Random random;
+  Random random(3);
   std::vector<Ray> rays;
   while (rays.size() < count) {
-    const dvec3 o = random.cube(distance), d = random.cube(aim) - o;
-    if (glm::length(d) > 1e-3) rays.push_back({glm::vec3(o), glm::vec3(d * random.uniform(0.01, 3))});
+    const dvec3 o = random_point(random, distance), d = random_point(random, aim) - o;
+    if (glm::length(d) > 1e-3) rays.push_back({glm::vec3(o), glm::vec3(d * uniform(random, 0.01, 3))});
   }
   return rays;
 }
@@ -183,14 +182,14 @@ TEST(Implicit, generated_code_has_the_bits_of_the_host_in_numbers_and_intervals)
                                           "exp(-x^2)*log(y+4)-sqrt(abs(z))+max(x,min(y,z))-atan(x*y)/z",
                                           "tan(x)+sinh(y)/cosh(z)-tanh(x-y)+x^-3+z^7-1.7*y^64",
                                           "(x+3)^y-(y-z)*-x"};
-  Random random;
+  Random random(3);
   std::vector<Words> in(12);
   for (int i = 0; i < 20000; ++i) {
-    const double scale = std::exp2(random.uniform(-20, 8)), width = std::exp2(random.uniform(-24, 2));
-    for (std::size_t k = 0; k < 6; ++k) in[k].push_back(as_word(float(random.uniform(-scale, scale))));
+    const double scale = std::exp2(uniform(random, -20, 8)), width = std::exp2(uniform(random, -24, 2));
+    for (std::size_t k = 0; k < 6; ++k) in[k].push_back(as_word(float(uniform(random, -scale, scale))));
     for (std::size_t k = 0; k < 3; ++k) {
       in[6 + k].push_back(in[k].back());
-      in[9 + k].push_back(as_word(as_float(in[k].back()) + float(width * scale * random.uniform(0, 1))));
+      in[9 + k].push_back(as_word(as_float(in[k].back()) + float(width * scale * uniform(random, 0, 1))));
     }
   }
   for (unsigned index = 0; index < texts.size(); ++index) {
@@ -251,14 +250,14 @@ TEST(Implicit, polynomial_surfaces_are_met_where_their_first_root_is) {
 }
 
 TEST(Implicit, G21_a_sphere_is_as_the_analytic_one_from_outside_inside_and_along_its_rim) {
-  Random random;
+  Random random(3);
   std::vector<Ray> rays;
   for (int i = 0; i < 30000; ++i) {
     const dvec3 o =
-        i % 3 == 0 ? random.cube(0.55) : glm::normalize(random.cube(1)) * std::exp2(random.uniform(0.1, 12));
+        i % 3 == 0 ? random_point(random, 0.55) : random_direction(random) * std::exp2(uniform(random, 0.1, 12));
     // Every third is aimed at the rim, within a thousandth.
-    const dvec3 side = glm::normalize(glm::cross(o, random.cube(1)));
-    const double offset = i % 3 == 1 ? 1 - std::exp2(random.uniform(-24, -10)) : random.uniform(0, 1.1);
+    const dvec3 side = glm::normalize(glm::cross(o, random_direction(random)));
+    const double offset = i % 3 == 1 ? 1 - std::exp2(uniform(random, -24, -10)) : uniform(random, 0, 1.1);
     rays.push_back({glm::vec3(o), glm::vec3(side * offset - o)});
   }
   const std::vector<Found> found = trace("x^2+y^2+z^2-1", rays, glm::vec3(-1), glm::vec3(1));
@@ -355,15 +354,15 @@ TEST(Implicit, a_ray_that_leaves_by_the_error_does_not_meet_its_own_surface) {
     const std::vector<Ray> rays = rays_at(4000, 3, 0.9);
     const std::vector<Found> found = trace(text, rays, glm::vec3(-half), glm::vec3(half));
     const Formula f = formula::parse_formula(text);
-    Random random;
+    Random random(3);
     std::vector<Ray> leaving;
     std::vector<bool> front;
     for (std::size_t i = 0; i < rays.size(); ++i) {
       if (!found[i].hit) continue;
       const dvec3 n = found[i].n * (i % 2 == 0 ? 1.0 : -1.0);
-      dvec3 d = glm::normalize(random.cube(1));
+      dvec3 d = random_direction(random);
       d = glm::dot(d, n) < 0 ? -d : d;
-      if (i % 4 < 2) d = glm::normalize(d - n * glm::dot(d, n) * (1 - std::exp2(random.uniform(-20, 0))));  // grazing
+      if (i % 4 < 2) d = glm::normalize(d - n * glm::dot(d, n) * (1 - std::exp2(uniform(random, -20, 0))));  // grazing
       front.push_back(i % 2 == 0);
       leaving.push_back({glm::vec3(found[i].p + n * found[i].error), glm::vec3(d)});
       EXPECT_LT(found[i].error, 1e-4) << text;

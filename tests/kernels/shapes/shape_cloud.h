@@ -3,25 +3,26 @@
 #pragma once
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "kernels/traverse/random_rays.h"
 #include "kernels/traverse/traverse_probe.h"
+#include "support/random.h"
 
 namespace eikon {
 
 /// A shape of each kind at `center`, turned and stretched by as much as `stretch` says.
-inline Shape shape_of(ShapeKind kind, const glm::dvec3& center, double size, double stretch, Random& random) {
+inline Shape shape_of(ShapeKind kind, const glm::dvec3& center, double size, double stretch, test::Random& random) {
   Shape shape;
   shape.kind = kind;
   std::size_t at = 0;
   for (const ShapeParameter& parameter : shape_kind(kind).parameters)
     for (std::size_t i = 0; i < parameter.count; ++i)
-      shape.size[at++] = parameter.usual * size * uniform(random, 0.6, 1.4);
-  const glm::dvec3 scale(std::exp2(uniform(random, -stretch, stretch)), std::exp2(uniform(random, -stretch, stretch)),
-                         std::exp2(uniform(random, -stretch, stretch)));
+      shape.size[at++] = parameter.usual * size * test::uniform(random, 0.6, 1.4);
+  const glm::dvec3 scale(std::exp2(test::uniform(random, -stretch, stretch)),
+                         std::exp2(test::uniform(random, -stretch, stretch)),
+                         std::exp2(test::uniform(random, -stretch, stretch)));
   shape.world_from_object = glm::translate(glm::dmat4(1), center);
   if (stretch > 0)
     shape.world_from_object = shape.world_from_object *
-                              glm::rotate(glm::dmat4(1), uniform(random, 0, 6), direction(random)) *
+                              glm::rotate(glm::dmat4(1), test::uniform(random, 0, 6), test::random_direction(random)) *
                               glm::scale(glm::dmat4(1), scale);
   return shape;
 }
@@ -29,7 +30,7 @@ inline Shape shape_of(ShapeKind kind, const glm::dvec3& center, double size, dou
 /// A cloud of shapes of all kinds, some of which overlap or coincide, and a few triangles among
 /// them.
 inline Scene cloud(std::size_t count, double size, std::uint32_t seed, bool opacity = false) {
-  Random random(seed);
+  test::Random random(seed);
   Scene scene;
   Material material;
   material.metallic = 0;
@@ -42,7 +43,8 @@ inline Scene cloud(std::size_t count, double size, std::uint32_t seed, bool opac
   }
   for (std::size_t i = 0; i < count; ++i) {
     const ShapeKindInfo& kind = shape_kinds()[i % shape_kinds().size()];
-    const glm::dvec3 center = size * (i % 16 == 15 ? glm::dvec3(0.0) : direction(random) * uniform(random, 0, 4));
+    const glm::dvec3 center =
+        size * (i % 16 == 15 ? glm::dvec3(0.0) : test::random_direction(random) * test::uniform(random, 0, 4));
     Shape shape = shape_of(kind.kind, center, size, i % 3 == 0 ? 0 : 1.5, random);
     shape.material = opacity ? std::uint32_t(i % 2) : 0;
     scene.shapes.push_back(shape);
@@ -52,7 +54,7 @@ inline Scene cloud(std::size_t count, double size, std::uint32_t seed, bool opac
   for (std::size_t i = 0; i < count / 4; ++i)
     for (std::uint32_t k = 0; k < 3; ++k) {
       few.indices.push_back(std::uint32_t(few.positions_object.size()));
-      few.positions_object.push_back(glm::vec3(size * direction(random) * uniform(random, 0, 4)));
+      few.positions_object.push_back(glm::vec3(size * test::random_direction(random) * test::uniform(random, 0, 4)));
     }
   if (!few.indices.empty()) {
     scene.meshes.push_back({"few", {std::move(few)}});
@@ -64,14 +66,14 @@ inline Scene cloud(std::size_t count, double size, std::uint32_t seed, bool opac
 /// Rays from everywhere: random ones, along axes, at centres, at silhouettes, from inside and from
 /// far away.
 inline std::vector<ProbeRay> rays_at(const Scene& scene, std::size_t count, double size, std::uint32_t seed) {
-  Random random(seed);
+  test::Random random(seed);
   std::vector<ProbeRay> rays;
   for (std::size_t i = 0; i < count; ++i) {
-    const Shape& shape = scene.shapes[std::size_t(uniform(random, 0, double(scene.shapes.size()) - 0.5))];
+    const Shape& shape = scene.shapes[std::size_t(test::uniform(random, 0, double(scene.shapes.size()) - 0.5))];
     const glm::dmat4& m = shape.world_from_object;
-    const glm::dvec3 center(m[3]), side = direction(random);
+    const glm::dvec3 center(m[3]), side = test::random_direction(random);
     const double reach = (i % 7 == 6 ? 1e6 : i % 7 == 5 ? 0.1 : 6) * size;
-    glm::dvec3 origin = center + reach * direction(random), target = center;
+    glm::dvec3 origin = center + reach * test::random_direction(random), target = center;
     switch (i % 5) {
       case 1:
         target = center + size * 0.5 * glm::normalize(glm::cross(center - origin, side));
@@ -89,7 +91,7 @@ inline std::vector<ProbeRay> rays_at(const Scene& scene, std::size_t count, doub
         break;
     }
     const glm::dvec3 d = glm::normalize(target - origin);
-    rays.push_back(probe_ray(origin, d, uniform(random, 0, 2) * reach));
+    rays.push_back(probe_ray(origin, d, test::uniform(random, 0, 2) * reach));
   }
   return rays;
 }

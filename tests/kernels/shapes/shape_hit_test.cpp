@@ -53,16 +53,17 @@ Scene formulas_among_shapes(bool opacity) {
   for (const char* text : {"x^2+y^2+z^2-1", "(x^2+y^2+z^2+0.3)^2-1.6*(x^2+y^2)",
                            "sin(5*x)*cos(5*y)+sin(5*y)*cos(5*z)+sin(5*z)*cos(5*x)", "x*y-x*y+1e-5"})
     scene.formulas.push_back(formula::parse_formula(text));
-  Random random(22);
+  test::Random random(22);
   for (std::uint32_t i = 0; i < 24; ++i) {
     Shape shape;
     shape.kind = ShapeKind::implicit;
     shape.size = {1.1, 1.1, 1.1};
     shape.formula = i == 23 ? 3 : i % 3;
-    const auto stretch = [&] { return 0.5 * std::exp2(uniform(random, -1.5, 1.5)); };
-    shape.world_from_object = glm::translate(glm::dmat4(1), direction(random) * uniform(random, 0, 4)) *
-                              glm::rotate(glm::dmat4(1), uniform(random, 0, 6), direction(random)) *
-                              glm::scale(glm::dmat4(1), glm::dvec3(stretch(), stretch(), stretch()));
+    const auto stretch = [&] { return 0.5 * std::exp2(test::uniform(random, -1.5, 1.5)); };
+    shape.world_from_object =
+        glm::translate(glm::dmat4(1), test::random_direction(random) * test::uniform(random, 0, 4)) *
+        glm::rotate(glm::dmat4(1), test::uniform(random, 0, 6), test::random_direction(random)) *
+        glm::scale(glm::dmat4(1), glm::dvec3(stretch(), stretch(), stretch()));
     scene.shapes.push_back(shape);
     if (i % 8 == 7) scene.shapes.push_back(shape);
   }
@@ -79,7 +80,7 @@ TEST(ShapeHits, formulas_among_shapes_and_triangles_have_the_hits_of_brute_force
 
 TEST(ShapeHits, planes_without_end_have_the_hits_of_brute_force_in_every_structure) {
   Scene scene = cloud(100, 1, 31);
-  Random random(32);
+  test::Random random(32);
   for (const double other : {kEndlessSize, 2.0}) {
     for (int i = 0; i < 3; ++i) {  // level, twice in one place, and askew
       Shape plane;
@@ -87,8 +88,8 @@ TEST(ShapeHits, planes_without_end_have_the_hits_of_brute_force_in_every_structu
       plane.size = {kEndlessSize, other, 0};
       plane.world_from_object = glm::translate(glm::dmat4(1), glm::dvec3(0.25, other > 2 ? -1.5 : 1.0, -0.5));
       if (i == 2)
-        plane.world_from_object =
-            plane.world_from_object * glm::rotate(glm::dmat4(1), uniform(random, 0, 6), direction(random));
+        plane.world_from_object = plane.world_from_object * glm::rotate(glm::dmat4(1), test::uniform(random, 0, 6),
+                                                                        test::random_direction(random));
       scene.shapes.push_back(plane);
     }
   }

@@ -122,7 +122,7 @@ TEST(ShapeHits, G4_rays_that_leave_a_convex_shape_do_not_hit_it_and_none_gets_ou
     for (const double size : {1e-6, 0.015, 1.0, 1e8}) {
       for (const double far : {0.0, 30.0, 1e4}) {
         for (const double stretch : {0.0, 1.5, 4.0}) {
-          Random random(9);
+          test::Random random(9);
           Scene scene;
           scene.materials.emplace_back();
           scene.shapes.push_back(shape_of(kind.kind, size * far * glm::dvec3(0.5, 0.083, -0.4), size, stretch, random));
@@ -134,11 +134,11 @@ TEST(ShapeHits, G4_rays_that_leave_a_convex_shape_do_not_hit_it_and_none_gets_ou
           const Oracle oracle(packed.scene.shapes[0]);
           std::vector<ProbeRay> leaving(met.rays.size());
           for (std::size_t i = 0; i < dirs.size(); ++i) {
-            dirs[i] = direction(random);
+            dirs[i] = test::random_direction(random);
             // Half of them within a thousandth of the surface.
             if (i % 2 == 0)
-              dirs[i] = glm::normalize(dirs[i] -
-                                       points[i].n * (glm::dot(dirs[i], points[i].n) + uniform(random, -1e-3, 1e-3)));
+              dirs[i] = glm::normalize(
+                  dirs[i] - points[i].n * (glm::dot(dirs[i], points[i].n) + test::uniform(random, -1e-3, 1e-3)));
           }
           points = points_of(device, packed, met.rays, met.hits, dirs);
           for (std::size_t i = 0; i < dirs.size(); ++i) {
@@ -209,7 +209,7 @@ TEST(ShapeHits, tangents_point_where_u_grows_and_bitangents_up_the_picture) {
   Device& device = *test::devices().front();
   for (const ShapeKindInfo& kind : shape_kinds())
     for (const double mirrored : {1.0, -1.0}) {
-      Random random(11);
+      test::Random random(11);
       Scene scene;
       scene.materials.emplace_back();
       Shape shape = shape_of(kind.kind, {0.3, -0.7, 2}, 1, 0.7, random);

@@ -44,7 +44,7 @@ TEST(ShapeHits, they_are_those_of_double_precision) {
     if (kind.kind == ShapeKind::plane) continue;  // has no inside
     for (const double size : {1e-6, 1.0, 1e8}) {
       for (const double stretch : {0.0, 1.5, 5.0}) {
-        Random random(7);
+        test::Random random(7);
         Scene scene;
         scene.materials.emplace_back();
         scene.shapes.push_back(shape_of(kind.kind, size * glm::dvec3(0.3, -0.7, 2), size, stretch, random));

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -9,33 +8,18 @@
 #include "kernels/probe.h"
 #include "kernels/statistics.h"
 #include "shared/records.h"
+#include "support/random.h"
 
 namespace eikon::test {
 namespace {
 
-using Vec = std::array<double, 3>;
+using Vec = glm::dvec3;
 
-Vec operator+(const Vec& a, const Vec& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
-Vec operator-(const Vec& a, const Vec& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-Vec operator*(const Vec& a, double s) { return {a[0] * s, a[1] * s, a[2] * s}; }
-double dot(const Vec& a, const Vec& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-Vec cross(const Vec& a, const Vec& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-double length(const Vec& a) { return std::sqrt(dot(a, a)); }
-Vec unit(const Vec& a) { return a * (1 / length(a)); }
-double angle(const Vec& a, const Vec& b) { return std::atan2(length(cross(a, b)), dot(a, b)); }
+Vec unit(const Vec& a) { return glm::normalize(a); }
+double angle(const Vec& a, const Vec& b) { return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)); }
 double degrees(double radians) { return radians * 180 / std::numbers::pi; }
 
-Vec vec(const std::vector<Words>& out, std::size_t k, std::size_t i) {
-  return {as_float(out[k][i]), as_float(out[k + 1][i]), as_float(out[k + 2][i])};
-}
 Vec rounded(const Vec& a) { return {double(float(a[0])), double(float(a[1])), double(float(a[2]))}; }
-
-Vec random_direction(std::mt19937& random) {
-  const double z = 2 * uniform(random) - 1, phi = 2 * std::numbers::pi * uniform(random), r = std::sqrt(1 - z * z);
-  return rounded({r * std::cos(phi), r * std::sin(phi), z});
-}
 
 TriangleNormals corner_normals(const Vec& a, const Vec& b, const Vec& c) {
   TriangleNormals r{};
@@ -81,7 +65,7 @@ struct Looks {
     in[0].push_back(triangle);
     in[1].push_back(as_word(float(u)));
     in[2].push_back(as_word(float(v)));
-    for (std::size_t k = 0; k < 3; ++k) in[3 + k].push_back(as_word(float(n_geom[k])));
+    append(in, 3, n_geom);
     in[6].push_back(map);
   }
   [[nodiscard]] std::size_t size() const { return in[0].size(); }
@@ -110,8 +94,8 @@ TEST(ShadingNormal, vertex_normals_are_interpolated) {
   Bumps bumps;
   Looks looks;
   for (std::uint32_t t = 0; t < 500; ++t) {
-    const Vec n = random_direction(random);
-    const auto leaning = [&] { return rounded(unit(n + random_direction(random) * 0.5)); };
+    const Vec n = rounded(random_direction(random));
+    const auto leaning = [&] { return rounded(unit(n + rounded(random_direction(random)) * 0.5)); };
     bumps.triangle(corner_normals(leaning(), leaning(), leaning()), {});
     const double u = uniform(random), v = (1 - u) * uniform(random);
     looks.add(t, u, v, n);
@@ -122,9 +106,9 @@ TEST(ShadingNormal, vertex_normals_are_interpolated) {
     const double u = as_float(looks.in[1][i]), v = as_float(looks.in[2][i]);
     const Vec sum =
         Vec{r.n0_x, r.n0_y, r.n0_z} * (1 - u - v) + Vec{r.n1_x, r.n1_y, r.n1_z} * u + Vec{r.n2_x, r.n2_y, r.n2_z} * v;
-    ASSERT_LT(angle(vec(out, 0, i), sum), 5e-7) << i;
-    ASSERT_NEAR(length(vec(out, 0, i)), 1, 3e-7) << i;
-    ASSERT_EQ(vec(out, 3, i), vec(out, 0, i)) << "no map, yet the normal changes";
+    ASSERT_LT(angle(vector_at(out, 0, i), sum), 5e-7) << i;
+    ASSERT_NEAR(glm::length(vector_at(out, 0, i)), 1, 3e-7) << i;
+    ASSERT_EQ(vector_at(out, 3, i), vector_at(out, 0, i)) << "no map, yet the normal changes";
   }
 }
 
@@ -138,7 +122,7 @@ TEST(ShadingNormal, M20_what_says_nothing_leaves_the_triangles_own_normal) {
   const Vec n = rounded(unit({0.1, -0.3, 0.9}));
   for (std::uint32_t t = 0; t < 3; ++t) looks.add(t, 0.25, 0.25, n);
   const auto out = look(bumps, looks);
-  for (std::size_t i = 0; i < looks.size(); ++i) EXPECT_EQ(vec(out, 0, i), n) << i;
+  for (std::size_t i = 0; i < looks.size(); ++i) EXPECT_EQ(vector_at(out, 0, i), n) << i;
 }
 
 TEST(ShadingNormal, normals_that_dip_below_the_triangle_come_back_without_an_edge) {
@@ -152,12 +136,12 @@ TEST(ShadingNormal, normals_that_dip_below_the_triangle_come_back_without_an_edg
   const auto out = look(bumps, looks);
   bool dipped = false;
   for (std::size_t i = 0; i <= steps; ++i) {
-    const Vec n = vec(out, 0, i);
+    const Vec n = vector_at(out, 0, i);
     ASSERT_GE(n[2], 0) << i;
-    ASSERT_NEAR(length(n), 1, 3e-7);
+    ASSERT_NEAR(glm::length(n), 1, 3e-7);
     if (i == 0) continue;
-    ASSERT_LT(angle(n, vec(out, 0, i - 1)), 4 * 2.4 / steps * 2) << "an edge at step " << i;
-    dipped = dipped || n[2] > vec(out, 0, i - 1)[2];
+    ASSERT_LT(angle(n, vector_at(out, 0, i - 1)), 4 * 2.4 / steps * 2) << "an edge at step " << i;
+    dipped = dipped || n[2] > vector_at(out, 0, i - 1)[2];
   }
   EXPECT_TRUE(dipped) << "the case does not test what it says";
 }
@@ -171,24 +155,25 @@ TEST(ShadingNormal, normal_maps_turn_along_tangent_and_bitangent_and_the_frame_i
   const double codes[3][3] = {{255, 128, 128}, {128, 255, 128}, {200, 90, 230}};
   const double scales[3] = {1, 1, double(0.7F)};
   for (std::uint32_t t = 0; t < 500; ++t) {
-    const Vec n = random_direction(random);
-    Vec along = random_direction(random);
-    while (std::abs(dot(along, n)) > 0.9) along = random_direction(random);
+    const Vec n = rounded(random_direction(random));
+    Vec along = rounded(random_direction(random));
+    while (std::abs(glm::dot(along, n)) > 0.9) along = rounded(random_direction(random));
     bumps.triangle(corner_normals(n, n, n), corner_tangents(along, along, along, t % 2 == 0 ? 1.0F : -1.0F));
     for (const std::uint32_t map : maps) looks.add(t, 0.3, 0.4, n, map);
   }
   const auto out = look(bumps, looks);
   for (std::size_t i = 0; i < looks.size(); ++i) {
     const std::size_t t = looks.in[0][i], m = i % 3;
-    const Vec n = unit(vec(looks.in, 3, i));
+    const Vec n = unit(vector_at(looks.in, 3, i));
     const TriangleTangents& r = bumps.tangents[t];
     const Vec along = {r.t0_x, r.t0_y, r.t0_z};
-    const Vec tangent = unit(along - n * dot(along, n)), bitangent = cross(n, tangent) * double(r.bitangent_sign);
+    const Vec tangent = unit(along - n * glm::dot(along, n)),
+              bitangent = glm::cross(n, tangent) * double(r.bitangent_sign);
     const double x = (codes[m][0] / 127.5 - 1) * scales[m], y = (codes[m][1] / 127.5 - 1) * scales[m],
                  z = codes[m][2] / 127.5 - 1;
-    const Vec found = vec(out, 3, i);
+    const Vec found = vector_at(out, 3, i);
     ASSERT_LT(angle(found, tangent * x + bitangent * y + n * z), 1e-6) << i;
-    ASSERT_NEAR(length(found), 1, 5e-7) << i;
+    ASSERT_NEAR(glm::length(found), 1, 5e-7) << i;
   }
 }
 
@@ -206,11 +191,12 @@ TEST(ShadingNormal, M20_a_flat_map_tilts_by_less_than_0_4_degrees_and_maps_that_
   for (const std::uint32_t map : {flat, black, unscaled, steep}) looks.add(0, 0.25, 0.25, n, map);
   for (std::uint32_t t = 1; t < 4; ++t) looks.add(t, 0.25, 0.25, n, steep);
   const auto out = look(bumps, looks);
-  EXPECT_LT(degrees(angle(vec(out, 3, 0), n)), 0.4);
-  EXPECT_EQ(vec(out, 3, 1), vec(out, 0, 1)) << "texel (0, 0, 0)";
-  EXPECT_LT(angle(vec(out, 3, 2), n), 5e-7) << "scale 0";
-  EXPECT_GT(degrees(angle(vec(out, 3, 3), n)), 30) << "the steep map must tilt, or nothing here is tested";
-  for (std::size_t i = 4; i < 7; ++i) EXPECT_EQ(vec(out, 3, i), vec(out, 0, i)) << "tangents of triangle " << i - 3;
+  EXPECT_LT(degrees(angle(vector_at(out, 3, 0), n)), 0.4);
+  EXPECT_EQ(vector_at(out, 3, 1), vector_at(out, 0, 1)) << "texel (0, 0, 0)";
+  EXPECT_LT(angle(vector_at(out, 3, 2), n), 5e-7) << "scale 0";
+  EXPECT_GT(degrees(angle(vector_at(out, 3, 3), n)), 30) << "the steep map must tilt, or nothing here is tested";
+  for (std::size_t i = 4; i < 7; ++i)
+    EXPECT_EQ(vector_at(out, 3, i), vector_at(out, 0, i)) << "tangents of triangle " << i - 3;
 }
 
 TEST(ShadingNormal, mapped_normals_stay_on_the_front_without_an_edge) {
@@ -222,9 +208,9 @@ TEST(ShadingNormal, mapped_normals_stay_on_the_front_without_an_edge) {
   for (int g = 0; g < 256; ++g) looks.add(0, 0.2, 0.2, kUp, bumps.map(128, g, 160));
   const auto out = look(bumps, looks);
   for (std::size_t i = 0; i < looks.size(); ++i) {
-    ASSERT_GE(vec(out, 3, i)[2], 0) << i;
+    ASSERT_GE(vector_at(out, 3, i)[2], 0) << i;
     if (i > 0) {
-      ASSERT_LT(angle(vec(out, 3, i), vec(out, 3, i - 1)), 0.04) << i;
+      ASSERT_LT(angle(vector_at(out, 3, i), vector_at(out, 3, i - 1)), 0.04) << i;
     }
   }
 }
@@ -234,11 +220,9 @@ TEST(ShadingNormal, mapped_normals_stay_on_the_front_without_an_edge) {
 struct Views {
   std::vector<Words> in = std::vector<Words>(10);
   void add(const Vec& n_shade, const Vec& n_geom, const Vec& wo, bool glossy) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      in[k].push_back(as_word(float(n_shade[k])));
-      in[3 + k].push_back(as_word(float(n_geom[k])));
-      in[6 + k].push_back(as_word(float(wo[k])));
-    }
+    append(in, 0, n_shade);
+    append(in, 3, n_geom);
+    append(in, 6, wo);
     in[9].push_back(glossy ? 1 : 0);
   }
   [[nodiscard]] std::size_t size() const { return in[0].size(); }
@@ -247,7 +231,7 @@ struct Views {
 
 /// A direction at cosine `c` with n, turned by phi around it.
 Vec tilted(const Vec& n, double c, double phi) {
-  const Vec side = unit(cross(n, std::abs(n[0]) < 0.5 ? Vec{1, 0, 0} : Vec{0, 1, 0})), other = cross(n, side);
+  const Vec side = unit(glm::cross(n, std::abs(n[0]) < 0.5 ? Vec{1, 0, 0} : Vec{0, 1, 0})), other = glm::cross(n, side);
   const double s = std::sqrt(std::max(0.0, 1 - c * c));
   return rounded(n * c + side * (s * std::cos(phi)) + other * (s * std::sin(phi)));
 }
@@ -256,7 +240,7 @@ TEST(ShadingNormal, flat_shading_is_never_changed_by_a_bit) {
   std::mt19937 random(3);
   Views views;
   for (int i = 0; i < 20000; ++i) {
-    const Vec n = random_direction(random);
+    const Vec n = rounded(random_direction(random));
     const double c = i % 2 == 0 ? uniform(random) : std::pow(10.0, -10 * uniform(random));
     views.add(n, n, tilted(n, c, 7 * uniform(random)), i % 4 < 2);
   }
@@ -269,7 +253,7 @@ TEST(ShadingNormal, M19_the_viewer_and_for_reflectors_the_mirror_direction_are_o
   std::mt19937 random(4);
   Views views;
   for (int i = 0; i < 40000; ++i) {
-    const Vec n = random_direction(random);
+    const Vec n = rounded(random_direction(random));
     const double c = i % 3 == 0 ? std::pow(10.0, -9 * uniform(random)) : uniform(random);
     const Vec wo = tilted(n, c, 7 * uniform(random));
     const Vec n_shade =
@@ -278,14 +262,14 @@ TEST(ShadingNormal, M19_the_viewer_and_for_reflectors_the_mirror_direction_are_o
   }
   const auto out = views.run();
   for (std::size_t i = 0; i < views.size(); ++i) {
-    const Vec n = vec(out, 0, i), n_geom = vec(views.in, 3, i), wo = vec(views.in, 6, i);
-    ASSERT_NEAR(length(n), 1, 1e-6) << i;  // finite, too
-    const double cos_geom = dot(wo, n_geom);
+    const Vec n = vector_at(out, 0, i), n_geom = vector_at(views.in, 3, i), wo = vector_at(views.in, 6, i);
+    ASSERT_NEAR(glm::length(n), 1, 1e-6) << i;  // finite, too
+    const double cos_geom = glm::dot(wo, n_geom);
     if (cos_geom < 1e-6) continue;  // along the surface nothing scatters
-    ASSERT_GE(dot(wo, n), -2e-7) << i;
-    const Vec mirrored = n * (2 * dot(wo, n)) - wo;
+    ASSERT_GE(glm::dot(wo, n), -2e-7) << i;
+    const Vec mirrored = n * (2 * glm::dot(wo, n)) - wo;
     if (views.in[9][i] != 0) {
-      ASSERT_GT(dot(mirrored, n_geom), -4e-7) << i;
+      ASSERT_GT(glm::dot(mirrored, n_geom), -4e-7) << i;
     }
   }
 }
@@ -295,7 +279,7 @@ TEST(ShadingNormal, usable_normals_are_continuous_in_the_shading_normal_and_the_
   Views views;
   constexpr int steps = 512, tracks = 64;
   for (int track = 0; track < tracks; ++track) {
-    const Vec n = random_direction(random);
+    const Vec n = rounded(random_direction(random));
     const double phi = 7 * uniform(random), turn = 7 * uniform(random), c = 0.05 + 0.9 * uniform(random);
     for (int i = 0; i < steps; ++i) {
       const double x = (i + 0.5) / steps * std::numbers::pi / 2;
@@ -308,7 +292,7 @@ TEST(ShadingNormal, usable_normals_are_continuous_in_the_shading_normal_and_the_
   // One step turns by 0.18 degrees; bending near the horizon magnifies that some times.
   for (std::size_t i = 0; i < views.size(); ++i)
     if (i % steps != 0) {
-      ASSERT_LT(degrees(angle(vec(out, 0, i), vec(out, 0, i - 1))), 4)
+      ASSERT_LT(degrees(angle(vector_at(out, 0, i), vector_at(out, 0, i - 1))), 4)
           << "track " << i / steps << " step " << i % steps;
     }
 }

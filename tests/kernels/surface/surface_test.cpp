@@ -9,18 +9,12 @@
 #include "kernels/probe.h"
 #include "kernels/statistics.h"
 #include "shared/records.h"
+#include "support/random.h"
 
 namespace eikon::test {
 namespace {
 
-using Exact = std::array<long double, 3>;  // exact enough to judge float results
-
-Exact operator-(const Exact& a, const Exact& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-long double dot(const Exact& a, const Exact& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-Exact cross(const Exact& a, const Exact& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-long double length(const Exact& a) { return std::sqrt(dot(a, a)); }
+using Exact = glm::vec<3, long double>;  // exact enough to judge float results
 
 Exact exact(const std::vector<Words>& out, std::size_t k, std::size_t i) {
   return {as_float(out[k][i]), as_float(out[k + 1][i]), as_float(out[k + 2][i])};
@@ -30,7 +24,7 @@ Exact corner(const Triangle& t, int k) {
   if (k == 1) return {t.p1_x, t.p1_y, t.p1_z};
   return {t.p2_x, t.p2_y, t.p2_z};
 }
-Exact exact_normal(const Triangle& t) { return cross(corner(t, 1) - corner(t, 0), corner(t, 2) - corner(t, 0)); }
+Exact exact_normal(const Triangle& t) { return glm::cross(corner(t, 1) - corner(t, 0), corner(t, 2) - corner(t, 0)); }
 
 /// With an area: rounding makes some far from the origin degenerate, which the reader of files
 /// leaves out.
@@ -40,7 +34,7 @@ Triangle random_triangle(std::mt19937& random, Coordinate coordinate) {
   do {
     for (float* x : {&t.p0_x, &t.p0_y, &t.p0_z, &t.p1_x, &t.p1_y, &t.p1_z, &t.p2_x, &t.p2_y, &t.p2_z})
       *x = coordinate(random);
-  } while (length(exact_normal(t)) == 0);
+  } while (glm::length(exact_normal(t)) == 0);
   return t;
 }
 
@@ -53,7 +47,7 @@ float any_magnitude(std::mt19937& random) {  // 10^-8 to 10^8, either sign
 /// large, or from very near.
 struct PointsHit {
   Words triangle, u, v, wx, wy, wz, from_x, from_y, from_z;
-  void add(std::uint32_t index, float b1, float b2, const std::array<float, 3>& w) {
+  void add(std::uint32_t index, float b1, float b2, const glm::vec3& w) {
     const float near = u.size() % 8 == 0 ? 0x1p-22F : 1;
     from_x.push_back(as_word(-near * w[1]));
     from_y.push_back(as_word(-near * w[2]));
@@ -67,17 +61,9 @@ struct PointsHit {
   }
 };
 
-std::array<float, 3> random_unit(std::mt19937& random) {
-  for (;;) {
-    const std::array<float, 3> w{2 * uniform(random) - 1, 2 * uniform(random) - 1, 2 * uniform(random) - 1};
-    const float norm = std::sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
-    if (norm > 0.01F && norm < 1) return {w[0] / norm, w[1] / norm, w[2] / norm};
-  }
-}
-
 Triangle with_normal(Triangle t) {
   const Exact n = exact_normal(t);
-  const long double norm = length(n);
+  const long double norm = glm::length(n);
   t.n_x = float(n[0] / norm);
   t.n_y = float(n[1] / norm);
   t.n_z = float(n[2] / norm);
@@ -105,7 +91,7 @@ PointsHit random_hits(std::mt19937& random, std::uint32_t triangles, int each) {
       }
       if (i % 16 == 0) v = 1 - u;  // on the edge that the third weight vanishes on, where it is all rounding
       if (i % 64 == 1) u = 0;
-      hits.add(t, u, v, random_unit(random));
+      hits.add(t, u, v, glm::vec3(random_direction(random)));
     }
   return hits;
 }
@@ -152,7 +138,7 @@ TEST(Surface, the_error_of_a_point_is_within_its_bound) {
       const long double u = near_u, v = near_v;
       ASSERT_GE(1 - u - v, 0x1p-21);
       const Exact p = exact(out, 0, i), bound = exact(out, 3, i);
-      for (std::size_t axis = 0; axis < 3; ++axis) {
+      for (int axis = 0; axis < 3; ++axis) {
         const long double exact = (1 - u - v) * corner(t, 0)[axis] + u * corner(t, 1)[axis] + v * corner(t, 2)[axis];
         outside += std::abs(p[axis] - exact) > bound[axis] ? 1 : 0;
       }
@@ -172,7 +158,7 @@ TEST(Surface, points_are_moved_back_by_twice_their_error_or_half_of_the_way) {
   for (std::size_t i = 0; i < hits.u.size(); ++i) {
     const Exact p = exact(out, 0, i), p0 = exact(unmoved, 0, i), bound = exact(out, 3, i);
     const Exact travelled{as_float(hits.from_x[i]), as_float(hits.from_y[i]), as_float(hits.from_z[i])};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (int axis = 0; axis < 3; ++axis) {
       const long double error = bound[axis] / 3.25L, back = std::min(2 * error, std::abs(travelled[axis]) / 2);
       const long double moved = std::copysign(1.0L, travelled[axis]) * (p0[axis] - p[axis]);
       ASSERT_NEAR(double(moved), double(back), double(0x1p-24L * std::abs(p0[axis]) + 0x1p-20L * back)) << i;
@@ -190,8 +176,8 @@ TEST(Surface, G3_rays_leave_on_the_side_that_they_go_to) {
       const Triangle& t = cloud.triangles[hits.triangle[i]];
       const Exact w{as_float(hits.wx[i]), as_float(hits.wy[i]), as_float(hits.wz[i])};
       const Exact n = exact_normal(t);
-      const long double going = dot(n, w), side = dot(n, exact(out, 9, i) - corner(t, 0));
-      if (std::abs(going) < 1e-5L * length(n)) continue;  // along the surface: either side will do
+      const long double going = glm::dot(n, w), side = glm::dot(n, exact(out, 9, i) - corner(t, 0));
+      if (std::abs(going) < 1e-5L * glm::length(n)) continue;  // along the surface: either side will do
       if ((going > 0) != (side > 0) && wrong++ == 0) example = i;
     }
     EXPECT_EQ(wrong, 0U) << cloud.name << ", first: ray " << example;
@@ -204,7 +190,7 @@ TEST(Surface, ray_origins_stay_within_a_few_float_steps_of_the_surface) {
   const PointsHit hits = random_hits(random, 1000, 64);
   const auto out = surfaces(cloud.triangles, hits);
   for (std::size_t i = 0; i < hits.u.size(); ++i)
-    ASSERT_LT(length(exact(out, 9, i) - exact(out, 0, i)), 64 * 0x1p-24L) << i;  // coordinates are within 1
+    ASSERT_LT(glm::length(exact(out, 9, i) - exact(out, 0, i)), 64 * 0x1p-24L) << i;  // coordinates are within 1
 }
 
 TEST(Surface, G9_points_errors_and_ray_origins_scale_exactly_by_powers_of_two) {
@@ -265,38 +251,36 @@ TEST(Surface, next_float_steps_as_nextafter_does_and_leaves_zero_alone) {
 
 TEST(Surface, bases_are_orthonormal_and_right_handed_also_at_the_poles) {
   std::mt19937 random(7);
-  std::vector<std::array<float, 3>> normals{{0, 0, 1},
-                                            {0, 0, -1},
-                                            {1, 0, 0},
-                                            {-1, 0, 0},
-                                            {0, 1, 0},
-                                            {0, -1, 0},
-                                            {1, 0, -0.0F},
-                                            {6e-4F, 0, -0.99999982F},
-                                            {0, 6e-4F, 0.99999982F}};
-  for (int i = 0; i < 1 << 15; ++i) normals.push_back(random_unit(random));
+  std::vector<glm::vec3> normals{{0, 0, 1},
+                                 {0, 0, -1},
+                                 {1, 0, 0},
+                                 {-1, 0, 0},
+                                 {0, 1, 0},
+                                 {0, -1, 0},
+                                 {1, 0, -0.0F},
+                                 {6e-4F, 0, -0.99999982F},
+                                 {0, 6e-4F, 0.99999982F}};
+  for (int i = 0; i < 1 << 15; ++i) normals.push_back(glm::vec3(random_direction(random)));
   std::vector<Words> in(6);
-  for (const auto& n : normals) {
-    const auto a = random_unit(random);
-    for (std::size_t k = 0; k < 3; ++k) {
-      in[k].push_back(as_word(n[k]));
-      in[3 + k].push_back(as_word(a[k]));
-    }
+  for (const glm::vec3& n : normals) {
+    const glm::vec3 a(random_direction(random));
+    append(in, 0, n);
+    append(in, 3, a);
   }
   const auto out = Probe("surface").run("probe_basis", in, 15);
   for (std::size_t i = 0; i < normals.size(); ++i) {
     const Exact x = exact(out, 0, i), y = exact(out, 3, i), z = exact(out, 6, i), a = exact(in, 3, i);
-    for (std::size_t k = 0; k < 3; ++k) ASSERT_EQ(as_float(out[6 + k][i]), normals[i][k]);
-    ASSERT_NEAR(double(dot(x, y)), 0, 5e-7) << i;
-    ASSERT_NEAR(double(dot(x, z)), 0, 5e-7) << i;
-    ASSERT_NEAR(double(dot(y, z)), 0, 5e-7) << i;
-    ASSERT_NEAR(double(length(x)), 1, 5e-7) << i;
-    ASSERT_NEAR(double(length(y)), 1, 5e-7) << i;
-    ASSERT_NEAR(double(dot(cross(x, y), z)), 1, 1e-6) << i;
+    ASSERT_EQ(glm::vec3(vector_at(out, 6, i)), normals[i]);
+    ASSERT_NEAR(double(glm::dot(x, y)), 0, 5e-7) << i;
+    ASSERT_NEAR(double(glm::dot(x, z)), 0, 5e-7) << i;
+    ASSERT_NEAR(double(glm::dot(y, z)), 0, 5e-7) << i;
+    ASSERT_NEAR(double(glm::length(x)), 1, 5e-7) << i;
+    ASSERT_NEAR(double(glm::length(y)), 1, 5e-7) << i;
+    ASSERT_NEAR(double(glm::dot(glm::cross(x, y), z)), 1, 1e-6) << i;
     const Exact local = exact(out, 9, i), world = exact(out, 12, i);
-    for (std::size_t k = 0; k < 3; ++k) {
+    for (int k = 0; k < 3; ++k) {
       const Exact axis[] = {x, y, z};
-      ASSERT_NEAR(double(local[k]), double(dot(axis[k], a)), 3e-7) << i;
+      ASSERT_NEAR(double(local[k]), double(glm::dot(axis[k], a)), 3e-7) << i;
       ASSERT_NEAR(double(world[k]), double(a[0] * x[k] + a[1] * y[k] + a[2] * z[k]), 3e-7) << i;
     }
   }

@@ -7,9 +7,9 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "support/accel_fixtures.h"
-#include "kernels/traverse/random_rays.h"
 #include "kernels/traverse/traverse_probe.h"
 #include "pack/geometry/instanced_meshes.h"
+#include "support/random.h"
 
 namespace eikon {
 namespace {
@@ -32,19 +32,19 @@ void add_instance(Scene& scene, std::uint32_t mesh, const glm::dmat4& m) {
 }
 
 /// A turned, stretched and perhaps mirrored place near the origin.
-glm::dmat4 anywhere(Random& random, double reach, double size) {
+glm::dmat4 anywhere(test::Random& random, double reach, double size) {
   const auto stretch = [&] {
-    return size * std::exp2(uniform(random, -1.5, 1.5)) * (uniform(random, 0, 1) < 0.2 ? -1 : 1);
+    return size * std::exp2(test::uniform(random, -1.5, 1.5)) * (test::uniform(random, 0, 1) < 0.2 ? -1 : 1);
   };
-  return glm::translate(glm::dmat4(1), reach * uniform(random, 0, 1) * direction(random)) *
-         glm::rotate(glm::dmat4(1), uniform(random, 0, 6), direction(random)) *
+  return glm::translate(glm::dmat4(1), reach * test::uniform(random, 0, 1) * test::random_direction(random)) *
+         glm::rotate(glm::dmat4(1), test::uniform(random, 0, 6), test::random_direction(random)) *
          glm::scale(glm::dmat4(1), glm::dvec3(stretch(), stretch(), stretch()));
 }
 
 /// Meshes of few and of many triangles with many instances, one of them far from its own origin;
 /// meshes with one instance; shapes; and meshes at the same place twice, so that hits tie.
 Scene crowd(double size, std::uint32_t seed, bool shapes) {
-  Random random(seed);
+  test::Random random(seed);
   Scene scene;
   Material material;
   material.metallic = 0;
@@ -88,19 +88,19 @@ Scene crowd(double size, std::uint32_t seed, bool shapes) {
 /// From everywhere: at corners and edges of triangles as they stand, within their planes, from far
 /// away, and any.
 std::vector<ProbeRay> rays_at(const PackedScene& flat, std::size_t count, double size, std::uint32_t seed) {
-  Random random(seed);
+  test::Random random(seed);
   std::vector<ProbeRay> rays;
   const auto corner = [](const Triangle& t, int k) {
     const float* p = &t.p0_x + 3 * k;
     return glm::dvec3(p[0], p[1], p[2]);
   };
   for (std::size_t i = 0; i < count; ++i) {
-    const Triangle& t = flat.triangles[std::size_t(uniform(random, 0, double(flat.triangle_count()) - 0.5))];
+    const Triangle& t = flat.triangles[std::size_t(test::uniform(random, 0, double(flat.triangle_count()) - 0.5))];
     const glm::dvec3 a = corner(t, 0), b = corner(t, 1), c = corner(t, 2);
-    const double u = uniform(random, 0, 1), v = uniform(random, 0, 1 - u);
+    const double u = test::uniform(random, 0, 1), v = test::uniform(random, 0, 1 - u);
     const glm::dvec3 inside = (1 - u - v) * a + u * b + v * c;
     const double reach = (i % 11 == 10 ? 1e5 : i % 11 == 9 ? 0.01 : 6) * size;
-    glm::dvec3 target = inside, origin = inside + reach * direction(random);
+    glm::dvec3 target = inside, origin = inside + reach * test::random_direction(random);
     switch (i % 8) {
       case 0:
         target = a;
@@ -115,19 +115,19 @@ std::vector<ProbeRay> rays_at(const PackedScene& flat, std::size_t count, double
         origin = b, target = c + (c - b);
         break;  // along an edge
       case 4:
-        origin = reach * direction(random), target = origin + direction(random);
+        origin = reach * test::random_direction(random), target = origin + test::random_direction(random);
         break;
       case 5:
         origin = target, origin[int(i / 8 % 3)] += reach;
         break;  // along an axis
       case 6:
-        origin = inside, target = origin + direction(random);
+        origin = inside, target = origin + test::random_direction(random);
         break;
       default:
         break;
     }
     const glm::dvec3 d = (target - origin) / std::max(glm::length(target - origin), 1e-300);
-    rays.push_back(probe_ray(origin, d, uniform(random, 0, 2) * reach));
+    rays.push_back(probe_ray(origin, d, test::uniform(random, 0, 2) * reach));
   }
   return rays;
 }

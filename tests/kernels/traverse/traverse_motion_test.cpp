@@ -8,9 +8,9 @@
 #include <random>
 #include <string>
 
-#include "kernels/traverse/random_rays.h"
 #include "kernels/traverse/traverse_probe.h"
 #include "support/accel_fixtures.h"
+#include "support/random.h"
 
 namespace eikon {
 namespace {

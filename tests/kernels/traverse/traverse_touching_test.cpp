@@ -8,6 +8,7 @@
 
 #include "support/accel_fixtures.h"
 #include "kernels/traverse/traverse_probe.h"
+#include "support/random.h"
 
 namespace eikon {
 namespace {
@@ -195,8 +196,8 @@ TEST(TraverseTouching, no_ray_leaves_a_turned_box) {
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
   for (int i = 0; i < 8; ++i) {
-    const glm::dvec3 x = glm::normalize(glm::dvec3(normal(random), normal(random), normal(random)));
-    const glm::dvec3 z = glm::normalize(glm::cross(x, glm::dvec3(normal(random), normal(random), normal(random))));
+    const glm::dvec3 x = test::random_direction(random);
+    const glm::dvec3 z = glm::normalize(glm::cross(x, test::random_direction(random)));
     const glm::dvec3 center = i < 4 ? glm::dvec3(0) : glm::dvec3(normal(random), 3 * normal(random), normal(random));
     const double overhang = i % 2 == 0 ? 0 : 0.5;
     const auto [wrong, tried] =

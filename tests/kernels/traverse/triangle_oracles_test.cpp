@@ -3,7 +3,9 @@
 // with three cross products: where they agree, and why not elsewhere.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <glm/glm.hpp>
 #include <random>
 
 #include "support/accel_fixtures.h"
@@ -12,14 +14,8 @@
 namespace eikon {
 namespace {
 
-using Vector = std::array<double, 3>;
+using Vector = glm::dvec3;
 using fixtures::Soup;
-
-Vector minus(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-Vector cross(const Vector& a, const Vector& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 struct OracleHit {
   bool hit = false;
@@ -31,12 +27,12 @@ struct Case {
 
 /// [Woop, Benthin, Wald 2013], without culling.
 OracleHit watertight(const Case& k) {
-  std::size_t z = 0;
-  for (std::size_t i = 1; i < 3; ++i) z = std::abs(k.d[i]) > std::abs(k.d[z]) ? i : z;
-  const std::size_t x = (z + 1) % 3, y = (z + 2) % 3;
+  int z = 0;
+  for (int i = 1; i < 3; ++i) z = std::abs(k.d[i]) > std::abs(k.d[z]) ? i : z;
+  const int x = (z + 1) % 3, y = (z + 2) % 3;
   const double sx = k.d[x] / k.d[z], sy = k.d[y] / k.d[z], sz = 1 / k.d[z];
   const auto sheared = [&](const Vector& p) {
-    const Vector r = minus(p, k.o);
+    const Vector r = p - k.o;
     return Vector{r[x] - sx * r[z], r[y] - sy * r[z], sz * r[z]};
   };
   const Vector a = sheared(k.a), b = sheared(k.b), c = sheared(k.c);
@@ -50,29 +46,28 @@ OracleHit watertight(const Case& k) {
 
 /// [Moller, Trumbore 1997]
 OracleHit moller_trumbore(const Case& k) {
-  const Vector ab = minus(k.b, k.a), ac = minus(k.c, k.a), s = cross(k.d, ac), from_a = minus(k.o, k.a);
-  const double det = dot(ab, s);
+  const Vector ab = k.b - k.a, ac = k.c - k.a, s = glm::cross(k.d, ac), from_a = k.o - k.a;
+  const double det = glm::dot(ab, s);
   if (det == 0) return {};
-  const double inverse = 1 / det, u = dot(from_a, s) * inverse;
-  const Vector q = cross(from_a, ab);
-  const double v = dot(k.d, q) * inverse, t = dot(ac, q) * inverse;
+  const double inverse = 1 / det, u = glm::dot(from_a, s) * inverse;
+  const Vector q = glm::cross(from_a, ab);
+  const double v = glm::dot(k.d, q) * inverse, t = glm::dot(ac, q) * inverse;
   return {u >= 0 && v >= 0 && u + v <= 1 && t > 0, t, u, v};
 }
 
 OracleHit plane_and_edges(const Case& k) {
-  const Vector n = cross(minus(k.b, k.a), minus(k.c, k.a));
-  if (dot(n, k.d) == 0) return {};
-  const double t = dot(n, minus(k.a, k.o)) / dot(n, k.d);
-  Vector x{};
-  for (std::size_t i = 0; i < 3; ++i) x[i] = k.o[i] + t * k.d[i];
-  const double wc = dot(cross(minus(k.b, k.a), minus(x, k.a)), n), wa = dot(cross(minus(k.c, k.b), minus(x, k.b)), n);
-  const double wb = dot(cross(minus(k.a, k.c), minus(x, k.c)), n);
-  return {t > 0 && wa >= 0 && wb >= 0 && wc >= 0, t, wb / dot(n, n), wc / dot(n, n)};
+  const Vector n = glm::cross(k.b - k.a, k.c - k.a);
+  if (glm::dot(n, k.d) == 0) return {};
+  const double t = glm::dot(n, k.a - k.o) / glm::dot(n, k.d);
+  const Vector x = k.o + t * k.d;
+  const double wc = glm::dot(glm::cross(k.b - k.a, x - k.a), n), wa = glm::dot(glm::cross(k.c - k.b, x - k.b), n);
+  const double wb = glm::dot(glm::cross(k.a - k.c, x - k.c), n);
+  return {t > 0 && wa >= 0 && wb >= 0 && wc >= 0, t, wb / glm::dot(n, n), wc / glm::dot(n, n)};
 }
 
 Case case_of(const ProbeRay& ray, const float* p) {
   Case k;
-  for (std::size_t i = 0; i < 3; ++i) {
+  for (int i = 0; i < 3; ++i) {
     k.o[i] = double{ray.o[i]}, k.d[i] = double{ray.d[i]};
     k.a[i] = double{p[i]}, k.b[i] = double{p[3 + i]}, k.c[i] = double{p[6 + i]};
   }
@@ -109,8 +104,9 @@ TEST(TriangleOracles, all_tests_agree_away_from_edges_and_from_edge_on_planes) {
     for (std::size_t i = 0; i < rays.size(); ++i) {
       const Case k = case_of(rays[i], soup.data());
       const std::array<OracleHit, 3> oracle{watertight(k), moller_trumbore(k), plane_and_edges(k)};
-      const Vector n = cross(minus(k.b, k.a), minus(k.c, k.a));
-      const double length = std::sqrt(dot(n, n)), sine = std::abs(dot(n, k.d)) / (length * std::sqrt(dot(k.d, k.d)));
+      const Vector n = glm::cross(k.b - k.a, k.c - k.a);
+      const double length = std::sqrt(glm::dot(n, n)),
+                   sine = std::abs(glm::dot(n, k.d)) / (length * std::sqrt(glm::dot(k.d, k.d)));
       const double bound = 100 * 0x1p-24 * 8 / (length * sine);
       const double least = std::min({oracle[1].u, oracle[1].v, 1 - oracle[1].u - oracle[1].v});
       if (bound > 0.01 || std::abs(least) < bound || std::abs(oracle[1].t) < bound) continue;
@@ -145,26 +141,27 @@ TEST(TriangleOracles, only_the_watertight_test_never_lets_a_ray_through_a_shared
   for (int scene = 0; scene < 60; ++scene) {
     // Edge from b to c; one triangle on each side of it, so that in both it is where u + v = 1.
     Vector b{}, c{};
-    for (std::size_t k = 0; k < 3; ++k) b[k] = 8 * whole(random), c[k] = 8 * whole(random);
-    Vector a{}, d{};
-    for (std::size_t k = 0; k < 3; ++k) a[k] = 8 * whole(random);
-    for (std::size_t k = 0; k < 3; ++k) d[k] = b[k] + c[k] - a[k];
+    for (int k = 0; k < 3; ++k) b[k] = 8 * whole(random), c[k] = 8 * whole(random);
+    Vector a{};
+    for (int k = 0; k < 3; ++k) a[k] = 8 * whole(random);
+    const Vector d = b + c - a;
     Soup soup;
     for (const Vector& p : {a, b, c, d, c, b})
-      for (const double x : p) soup.push_back(static_cast<float>(x));
+      for (int k = 0; k < 3; ++k) soup.push_back(static_cast<float>(p[k]));
     std::vector<ProbeRay> rays;
     for (int i = 1; i < 8; ++i) {
       for (int from = 0; from < 20; ++from) {
         ProbeRay ray;
-        for (std::size_t k = 0; k < 3; ++k) {
+        for (int k = 0; k < 3; ++k) {
           const auto target = static_cast<int>(b[k] + (c[k] - b[k]) * i / 8);
           const int away = whole(random);
           ray.o[k] = static_cast<float>(target - away);
           ray.d[k] = static_cast<float>(away);
         }
         // Rays within a triangle's plane hit neither in all tests alike.
-        const Vector n = cross(minus(b, a), minus(c, a)), along{double{ray.d[0]}, double{ray.d[1]}, double{ray.d[2]}};
-        if (std::abs(dot(n, along)) > 0.05 * std::sqrt(dot(n, n) * dot(along, along))) rays.push_back(ray);
+        const Vector n = glm::cross(b - a, c - a), along{double{ray.d[0]}, double{ray.d[1]}, double{ray.d[2]}};
+        if (std::abs(glm::dot(n, along)) > 0.05 * std::sqrt(glm::dot(n, n) * glm::dot(along, along)))
+          rays.push_back(ray);
       }
     }
     count += rays.size();

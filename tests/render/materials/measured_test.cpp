@@ -3,26 +3,14 @@
 #include <algorithm>
 #include <random>
 
-#include "instruments/measure.h"
 #include "render/scene_builder.h"
 #include "scene/measured_table.h"
+#include "support/measured_material.h"
 
 namespace eikon::test {
 namespace {
 
 constexpr int kH = EK_MEASURED_THETA_H, kD = EK_MEASURED_THETA_D, kP = EK_MEASURED_PHI_D;
-
-/// f of every cell, as `eikon measure` has it: negative where a direction lies below the surface.
-std::vector<float> measured(const Material& known) {
-  for (const DeviceInfo& info : list_devices()) {
-    if (!info.unusable.empty()) continue;
-    Device device(info);
-    Scene scene;
-    scene.materials = {known};
-    return measure(scene, 0, {0, 0}, device, info.platform.find("Oclgrind") == std::string::npos);
-  }
-  throw std::runtime_error("no OpenCL device");
-}
 
 Material by_table(const std::vector<float>& rgb) {
   Material measured;
