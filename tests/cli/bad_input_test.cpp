@@ -227,7 +227,7 @@ TEST(BadInput, a_view_from_beyond_the_largest_coordinate_is_told_so) {
   }
 }
 
-TEST(BadInput, devices_that_are_not_there) {
+TEST(BadInput, devices_that_are_not_there_are_refused) {
   const Workplace here;
   const Outcome unknown = here.eikon(cornell("--size 16x12 --devices voodoo"));
   EXPECT_TRUE(refused(unknown, kDevice));
@@ -238,7 +238,7 @@ TEST(BadInput, devices_that_are_not_there) {
   EXPECT_TRUE(here.files().empty());
 }
 
-TEST(BadInput, no_platform_at_all) {
+TEST(BadInput, without_a_platform_a_line_says_what_to_install) {
   const Workplace here;
   std::filesystem::create_directory(here / "vendors");
   for (const std::string& vendors :
@@ -252,7 +252,7 @@ TEST(BadInput, no_platform_at_all) {
   EXPECT_EQ(here.files(), std::vector<std::string>{"vendors"});
 }
 
-TEST(BadInput, kernels_that_do_not_compile) {
+TEST(BadInput, kernels_that_do_not_compile_end_a_render_at_once) {
   const Workplace here;
   std::filesystem::copy(std::string(EIKON_SOURCE_DIR) + "/kernels", here / "kernels",
                         std::filesystem::copy_options::recursive);
@@ -274,7 +274,7 @@ TEST(BadInput, kernels_that_do_not_compile) {
   EXPECT_EQ(here.files(), std::vector<std::string>{"kernels"});
 }
 
-TEST(BadInput, outputs_that_cannot_be_written) {
+TEST(BadInput, outputs_that_cannot_be_written_are_refused) {
   const Workplace here;
   std::filesystem::create_directory(here / "taken");
   here.write("file", "x");
@@ -301,7 +301,7 @@ TEST(BadInput, outputs_take_no_other_s_place) {
   EXPECT_EQ(here.files(), std::vector<std::string>{"furnace.gltf"});
 }
 
-TEST(BadInput, a_read_only_folder) {
+TEST(BadInput, a_read_only_folder_is_refused) {
   const Workplace here;
   const auto folder = here / "closed";
   std::filesystem::create_directory(folder);

@@ -106,7 +106,7 @@ TEST(Goals, that_make_no_sense_are_usage_errors) {
   EXPECT_TRUE(here.files().empty());
 }
 
-TEST(Goals, of_lines_in_a_batch) {
+TEST(Goals, lines_of_a_batch_end_by_their_own_goals) {
   const Workplace here;
   std::ofstream(here / "jobs") << (scene("cornell.gltf") + " --size 32x32 --target-error 4e-3 -o target.exr --stats target.json\n" +
                                 scene("cornell.gltf") + " --size 32x32 --time 0.2 -o time.exr --stats time.json\n");

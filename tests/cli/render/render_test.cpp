@@ -130,7 +130,7 @@ TEST(Render, stats_have_what_is_promised) {
     EXPECT_NE(std::find(stages.begin(), stages.end(), stage), stages.end()) << stage;
 }
 
-TEST(Render, png_half_and_layers) {
+TEST(Render, png_half_and_layers_are_written_as_asked) {
   const Workplace here;
   ASSERT_TRUE(succeeded(here.eikon(
       cornell("--size 24x10 --spp 4 --quiet --half --png out.png --aov albedo,normal,depth,id,variance,samples"))));
@@ -383,7 +383,7 @@ TEST(Render, light_that_does_not_reach_what_is_seen_is_joined_by_the_neutral_stu
   EXPECT_FALSE(contains(lit.err, "neutral"));
 }
 
-TEST(Render, camera_and_environment_of_your_own) {
+TEST(Render, look_at_and_env_replace_the_camera_and_the_sky) {
   const Workplace here;
   EXPECT_TRUE(
       succeeded(here.eikon("render " + scene("sphere_in_sky.gltf") +

@@ -51,7 +51,9 @@ TEST(Division, all_mantissas_of_divisors_and_roots_are_right_with_guesses_up_to_
   }
 }
 
-TEST(Division, so_they_are_with_the_guesses_of_the_devices) { expect_all_right(own_division()); }
+TEST(Division, all_mantissas_of_divisors_and_roots_are_right_with_the_guesses_of_the_devices) {
+  expect_all_right(own_division());
+}
 
 bool is_denormal(float x) { return std::fpclassify(x) == FP_SUBNORMAL; }
 

@@ -312,7 +312,7 @@ TEST(EnvironmentMap, the_mean_of_the_interpolation_over_the_sphere_is_what_selec
   }
 }
 
-TEST(EnvironmentMap, L15_black_and_half_black_maps_and_the_range_of_halves) {
+TEST(EnvironmentMap, L15_a_black_map_has_no_table_and_the_largest_half_a_finite_integral) {
   const Sky black(4, 2, std::vector<glm::vec3>(8, glm::vec3(0)));
   EXPECT_EQ(black.integral, 0);
   EXPECT_TRUE(black.packed.environment_alias_table.empty());

@@ -120,7 +120,7 @@ TEST(LightPunctual, L18_range_ends_light_smoothly) {
   EXPECT_EQ(arrivals(light_of(LightKind::point, 1), {off_axis(1024, 30)})[0].r, 0x1p-20) << "no range";
 }
 
-TEST(LightPunctual, L17_cones_of_a_spot) {
+TEST(LightPunctual, L17_a_spot_fades_between_its_cones_and_gives_nothing_outside) {
   const std::vector<glm::dvec3> points{off_axis(2, 22.5), off_axis(2, 45), off_axis(2, 0), off_axis(2, 60),
                                        off_axis(2, 180)};
   const auto soft = arrivals(spot_of(0, 45), points);

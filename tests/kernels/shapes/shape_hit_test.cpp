@@ -101,7 +101,7 @@ TEST(ShapeHits, planes_without_end_have_the_hits_of_brute_force_in_every_structu
   expect_same_hits_everywhere({scene, planes_and_others}, rays_at(scene, 500, 1, 34), TraverseProbe::each_once());
 }
 
-TEST(ShapeHits, tiny_and_huge_scenes_too) {
+TEST(ShapeHits, tiny_and_huge_scenes_have_the_hits_of_brute_force) {
   for (const double size : {1e-6, 1e8}) {
     const Scene scene = cloud(60, size, 3);
     expect_same_hits_everywhere(Packed(scene), rays_at(scene, 500, size, 4), TraverseProbe::variants());

@@ -38,7 +38,7 @@ Crossing cross(const Oracle& oracle, const glm::dvec3& o, const glm::dvec3& d) {
   return crossing;
 }
 
-TEST(ShapeHits, they_are_those_of_double_precision) {
+TEST(ShapeHits, hits_are_those_of_double_precision) {
   Device& device = *test::devices().front();
   for (const ShapeKindInfo& kind : shape_kinds()) {
     if (kind.kind == ShapeKind::plane) continue;  // has no inside

@@ -58,7 +58,7 @@ class EmbreeScene {
   RTCScene scene_;
 };
 
-TEST(TraverseEmbree, the_same_hits_within_its_precision) {
+TEST(TraverseEmbree, hits_are_those_of_embree_within_its_precision) {
   Device& device = *test::devices().front();
   std::mt19937 random(1);
   std::uniform_real_distribution<float> unit(-1.0F, 1.0F);

@@ -85,7 +85,7 @@ TEST(TraverseHard, G1_no_ray_leaves_a_closed_bumpy_sphere) {
   }
 }
 
-TEST(TraverseHard, G2_nor_far_from_the_origin) {
+TEST(TraverseHard, G2_no_ray_leaves_a_closed_bumpy_sphere_far_from_the_origin) {
   Device& device = *test::devices().front();
   const BumpySphere scene({148376, 1234, -223423});
   for (const TraverseProbe::Options& way : kWays) {
@@ -305,7 +305,7 @@ TEST(TraverseHard, G14_of_coincident_triangles_the_lowest_index_wins) {
   }
 }
 
-TEST(TraverseHard, G15_ten_thousand_copies_one_triangle_and_none) {
+TEST(TraverseHard, G15_ten_thousand_copies_are_hit_as_one_triangle_and_nothing_is_hit_without_any) {
   Device& device = *test::devices().front();
   Soup copies;
   for (int i = 0; i < 10'000; ++i) fixtures::add_triangle(copies, {0, 0, 0}, {1, 0, 0}, {0, 1, 0});

@@ -253,16 +253,16 @@ TEST_P(TraverseInstances, rays_that_are_none_hit_nothing_and_end) {
 std::string layout_name(const testing::TestParamInfo<std::string>& info) { return info.param; }
 INSTANTIATE_TEST_SUITE_P(, TraverseInstances, testing::Values("bvh16", "bvh8", "bvh2"), layout_name);
 
-TEST(TraverseInstanceScenes, beside_shapes_too) {
+TEST(TraverseInstanceScenes, instances_beside_shapes_have_the_hits_of_brute_force) {
   expect_hits_of_brute_force(crowd(1, 3, true), 1, 3000, 4, few_ways_down());
 }
 
-TEST(TraverseInstanceScenes, tiny_and_huge_scenes_too) {
+TEST(TraverseInstanceScenes, tiny_and_huge_scenes_have_the_hits_of_brute_force) {
   for (const double size : {0x1p-17, 0x1p20})
     expect_hits_of_brute_force(crowd(size, 1, false), size, 1000, 6, few_ways_down());
 }
 
-TEST(TraverseInstanceScenes, far_from_the_origin_too) {
+TEST(TraverseInstanceScenes, scenes_far_from_the_origin_have_the_hits_of_brute_force) {
   Scene scene = crowd(1, 7, false);
   for (Node& node : scene.nodes)
     node.world_from_object = glm::translate(glm::dmat4(1), glm::dvec3(3e4, -2e4, 1e3)) * node.world_from_object;

@@ -51,7 +51,7 @@ TEST(Meter, under_an_even_sky_is_pi_times_its_radiance_however_it_is_turned) {
   }
 }
 
-TEST(Meter, L1_on_the_floor_below_a_square_lamp_and_beside_that_floor) {
+TEST(Meter, L1_a_square_lamp_gives_a_floor_the_irradiance_of_its_closed_form) {
   // On the surface itself, and in the air; the floor below does not matter to what falls on it.
   for (const double height : {0.0, 1e-3}) {
     const Reading reading = measured(square_light(), facing({0, height, 0}, {0, 1, 0}), glm::vec3(0), 256);

@@ -8,7 +8,7 @@
 namespace eikon::test {
 namespace {
 
-TEST(LightArea, L3_disk_above_a_floor) {
+TEST(LightArea, L3_a_disk_lights_a_floor_as_its_closed_form_says) {
   Scene scene;
   Primitive floor, disk;
   add_quad(floor, {-0.01F, 0, 0.01F}, {0.02F, 0, 0}, {0, 0, -0.02F});

@@ -66,7 +66,7 @@ void expect_irradiance(const Shape& light, double radiance, double tilt, double 
   }
 }
 
-TEST(LightShapes, L3_disk_above_a_floor) {
+TEST(LightShapes, L3_a_disk_and_a_square_light_a_floor_as_their_closed_forms_say) {
   // The lower disc of a cylinder, whose side cannot be seen from below; and a plane's square.
   const Shape drum = shape_of(ShapeKind::cylinder, {0.5, 1, 1}, at({0, 1.25, 0}));
   expect_irradiance(drum, 1, 0, 0.5 * kPi, 6);

@@ -33,14 +33,14 @@ TEST(HostLimits, without_files_the_machine_is_the_limit) {
   EXPECT_EQ(found.threads_why, "16 processors");
 }
 
-TEST(HostLimits, the_affinity_mask_holds) {
+TEST(HostLimits, the_affinity_mask_limits_the_threads) {
   const HostLimits found = limits({}, {16, 3, 0});
   EXPECT_EQ(found.threads, 3U);
   EXPECT_EQ(found.threads_why, "affinity mask of 3 of 16 processors");
   EXPECT_EQ(limits({}, {16, 0, 0}).threads, 1U);
 }
 
-TEST(HostLimits, version_2_the_least_of_all_groups_above_holds) {
+TEST(HostLimits, of_groups_of_version_2_the_least_limit_above_holds) {
   const Files files = {{"/proc/self/cgroup", "0::/user.slice/job 7\n"},
                        {"/proc/self/mountinfo", kMountV2},
                        {"/sys/fs/cgroup/user.slice/job 7/cpu.max", "max 100000\n"},
@@ -54,7 +54,7 @@ TEST(HostLimits, version_2_the_least_of_all_groups_above_holds) {
   EXPECT_EQ(found.memory_why, "/sys/fs/cgroup/user.slice/job 7/memory.max");
 }
 
-TEST(HostLimits, version_1_quota_and_memory) {
+TEST(HostLimits, quota_and_memory_of_a_group_of_version_1_are_limits) {
   const Files files = {{"/proc/self/cgroup", "9:cpuset:/\n4:memory:/job\n2:cpu,cpuacct:/job\n0::/\n"},
                        {"/proc/self/mountinfo", kMountsV1 + kMountV2},
                        {"/sys/fs/cgroup/cpu,cpuacct/job/cpu.cfs_quota_us", "50000\n"},
@@ -83,13 +83,13 @@ TEST(HostLimits, a_container_s_mount_shows_its_own_group_at_the_top) {
   EXPECT_EQ(other.v1, (std::vector<std::string>{"/sys/fs/cgroup/memory"})) << "another group's, not seen here";
 }
 
-TEST(HostLimits, mount_points_with_spaces) {
+TEST(HostLimits, spaces_and_backslashes_in_mount_points_are_read) {
   const CgroupDirectories found =
       cgroup_directories("0::/a\n", "35 31 0:32 / /odd\\040place\\134x rw - cgroup2 none rw\n", "cpu");
   EXPECT_EQ(found.v2, (std::vector<std::string>{"/odd place\\x/a", "/odd place\\x"}));
 }
 
-TEST(HostLimits, quotas) {
+TEST(HostLimits, a_quota_is_time_over_its_period_and_anything_else_is_none) {
   EXPECT_EQ(parse_cpu_max("150000 100000\n"), 1.5);
   EXPECT_EQ(parse_cfs("800000\n", "100000\n"), 8.0);
   for (const char* const none : {"max 100000\n", "", "\n", "100000", "x 100000", "0 100000", "-1 100000", "100000 0",
@@ -97,7 +97,7 @@ TEST(HostLimits, quotas) {
     EXPECT_FALSE(parse_cpu_max(none)) << none;
 }
 
-TEST(HostLimits, memory) {
+TEST(HostLimits, a_limit_of_memory_is_a_number_of_bytes_and_anything_else_is_none) {
   EXPECT_EQ(parse_memory_limit("4096\n"), 4096U);
   for (const char* const none :
        {"max\n", "", "\n", "-1\n", "0\n", "9223372036854771712\n", "1k", "1 2", "99999999999999999999999\n"})
@@ -111,7 +111,7 @@ TEST(HostLimits, files_without_sense_limit_nothing) {
   EXPECT_EQ(limits(files).threads, 16U);
 }
 
-TEST(HostLimits, this_process_has_some) {
+TEST(HostLimits, this_process_has_limits_and_says_why) {
   const HostLimits here = host_limits();
   EXPECT_GE(here.threads, 1U);
   EXPECT_GT(here.memory_bytes, std::uint64_t{1} << 26);

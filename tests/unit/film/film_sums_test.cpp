@@ -154,7 +154,7 @@ TEST(Film, means_are_correctly_rounded_quotients_of_integers) {
   EXPECT_EQ(to_mean(tie + 1, 48), std::ldexp(0x1p53 + 2, -64));
 }
 
-TEST(Film, N1_a_million_samples_of_a_tenth_and_2_to_the_24_plus_one_samples_of_one) {
+TEST(Film, N1_means_of_a_million_tenths_and_of_2_to_the_24_plus_one_ones_are_exact) {
   const FilmLayout layout = small_layout(1, 1);
   Film tenth(layout), one(layout);
   UnitBuilder tenths(layout, {0}, 0, 1'000'000);

@@ -57,7 +57,7 @@ TEST(SampleSet, refuses_what_it_holds) {
 }
 
 // Against a set of single samples, in random order; the parts depend on the set alone.
-TEST(SampleSet, is_a_set_of_samples) {
+TEST(SampleSet, agrees_with_a_plain_set_of_the_samples_of_random_boxes) {
   constexpr std::uint32_t kSide = 6, kSamples = 5;
   using Sample = std::tuple<std::uint32_t, std::uint32_t, std::uint64_t>;
   const auto samples_of = [](const std::vector<WorkUnit>& boxes) {

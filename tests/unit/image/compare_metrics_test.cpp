@@ -80,7 +80,7 @@ print(repr(float((d * d).mean())), repr(float((d * d / (r * r + 1e-2)).mean())),
   }
 }
 
-TEST(Compare, known_values_by_hand) {
+TEST(Compare, measures_are_those_computed_by_hand) {
   const Comparison result = compare_images(constant(2, 2, 2.0f), constant(2, 2, 1.0f));
   EXPECT_DOUBLE_EQ(result.mse, 1);
   EXPECT_DOUBLE_EQ(result.relmse, 1 / 1.01);

@@ -87,7 +87,7 @@ TEST(AimLearner, another_trial_with_other_starts_teaches_the_same) {
     EXPECT_NEAR(aim.density(EK_AIM_START(1, EK_AIM_DISC, bin)), 1, 0.15) << bin;
 }
 
-TEST(AimLearner, takes_chance_for_nothing) {
+TEST(AimLearner, starts_that_bring_the_same_in_the_mean_gain_nothing_by_chance) {
   // Every start brings the same in the mean, and some bring a hundred times as much as most.
   const Carried heavy = [](std::uint32_t /*start*/, std::mt19937& random) { return random() % 100 == 0 ? 100.0 : 1.0; };
   for (unsigned seed = 0; seed < 20; ++seed) {

@@ -79,7 +79,7 @@ TEST(SceneAttributes, positions_of_every_integer_type_are_read_plain_and_normali
   EXPECT_EQ(positions(kUnsignedShort, true, u16), (Values{{1, 0, 0}, {1 / 65535.0F, 0, 0}, {0, 0.2F, 2 / 65535.0F}}));
 }
 
-TEST(SceneAttributes, quantised_and_sparse_and_strided_at_once) {
+TEST(SceneAttributes, accessors_may_be_quantised_sparse_and_strided_at_once) {
   Builder builder = quantized();
   // Four bytes each: x, y, z and padding.
   const std::size_t view = builder.add_view(std::vector<std::int8_t>{0, 0, 0, 9, 10, 0, 0, 9, 0, 10, 0, 9});
