@@ -4,7 +4,8 @@
 
   tests/farm/farm_test.py EIKON [unittest's words]
 
-Classes run in alphabetical order: B submits a task that runs into its time limit while others run, and E checks it, so E alone
+Classes run in alphabetical order, which their first letters give. Slurm lets no task have less than a minute, and a task that runs
+into its limit takes longer: B submits one, C and D pass that time on the same cluster, and E checks what became of it. E alone
 fails. Exit code 77, skipped, where Slurm cannot be started. Node n2 does not see the folder `hidden`, if mounts are allowed."""
 import atexit
 import json
