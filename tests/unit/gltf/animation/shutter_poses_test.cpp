@@ -133,7 +133,7 @@ TEST(ShutterPoses, a_node_that_turns_inside_out_keeps_the_order_of_its_corners) 
   ASSERT_FALSE(scene.poses.empty());
   for (const auto& pose : scene.poses) EXPECT_FALSE(pose->nodes[0].mirrored);
   ASSERT_EQ(scene.warnings.size(), 1U);
-  EXPECT_TRUE(says(scene.warnings[0], "node 'node' turns inside out while the shutter is open")) << scene.warnings[0];
+  EXPECT_TRUE(contains(scene.warnings[0], "node 'node' turns inside out while the shutter is open")) << scene.warnings[0];
   const auto mirrors_a_sheet = [&](double t) {
     Scene sheet = mirrors(t);
     sheet.materials[0].double_sided = true;
