@@ -176,7 +176,7 @@ Accel TreeMemory::tree(TriangleSoup triangles, const AccelOptions& options) {
     const auto start = std::chrono::steady_clock::now();
     tbb::task_arena arena(arena_size(options));
     std::optional<Accel> fitted = arena.execute([&] { return refit(built->tree, triangles); });
-    if (fitted && tree_area(*fitted) <= kMostRefitCost * built->area) {
+    if (fitted && tree_area(*fitted) <= kMaxRefitCost * built->area) {
       fitted->build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
       return *std::move(fitted);
     }

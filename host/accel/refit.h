@@ -14,7 +14,7 @@ namespace eikon {
 
 /// A refitted tree is used as long as the expected cost of a ray through it is at most so many
 /// times that of the tree when it was built.
-inline constexpr double kMostRefitCost = 1.1;
+inline constexpr double kMaxRefitCost = 1.1;
 
 /// The areas of all boxes of a bvh2, bvh8 or bvh16 in one level, over that of the root: what the
 /// cost of a ray follows. Infinite where the root has no area, and for other trees.

@@ -16,7 +16,7 @@ constexpr std::uint32_t kUnit = 8;    // triangles of a subtree that stays whole
 constexpr std::size_t kPart = 10;     // a round tries one of this many nodes
 constexpr int kRounds = 8;            // most rounds
 constexpr double kRoundGain = 0.005;  // of the area: a round that gains less is the last
-constexpr double kLeastGain = 0.01;   // of the area: with less the tree stays as it was
+constexpr double kMinGain = 0.01;     // of the area: with less the tree stays as it was
 constexpr std::uint32_t kDepth = 64;  // + log2(triangles)
 
 constexpr std::size_t kVisits = 1024;  // most nodes of a search, because overlapping subtrees defeat its bounds
@@ -264,7 +264,7 @@ bool reinsert(BinaryTree& tree) {
     area = reinsertion.area();
     if (!(last - area >= kRoundGain * before)) break;
   }
-  if (!(before - area >= kLeastGain * before)) return false;
+  if (!(before - area >= kMinGain * before)) return false;
   BinaryTree better = reinsertion.tree();
   if (better.nodes.empty()) return false;
   tree = std::move(better);

@@ -24,7 +24,7 @@ void add_all_scene_flags(CommandFlags& flags, SceneOptions& options);
 inline const char* const kEveryAccelerator = "all";
 
 /// The largest number of a frame.
-inline constexpr std::uint64_t kMostFrame = 9'999'999;
+inline constexpr std::uint64_t kMaxFrame = 9'999'999;
 
 /// Adds --instances.
 void add_instance_flag(CommandFlags& flags, Execution& execution);

@@ -13,9 +13,9 @@
 namespace eikon {
 namespace {
 
-constexpr std::uint64_t kMostFrames = 100'000;
-constexpr double kMostShutter = 1000;  // frames
-constexpr std::uint64_t kMostMotionSteps = 256;
+constexpr std::uint64_t kMaxFrames = 100'000;
+constexpr double kMaxShutter = 1000;  // frames
+constexpr std::uint64_t kMaxMotionSteps = 256;
 
 /// "1e-3" is a relMSE, "2%" the root of one. throws UsageError
 double parse_target_error(const std::string& text) {
@@ -68,7 +68,7 @@ void add_output_flags(CommandFlags& flags, RenderOptions& options) {
 
 /// "localhost:14158" or "[::1]:14158". throws UsageError
 NetworkAddress parse_address(const std::string& flag, const std::string& text) {
-  constexpr std::uint64_t kMostPort = 65535;
+  constexpr std::uint64_t kMaxPort = 65535;
   const std::size_t colon = text.rfind(':');
   std::string host = text.substr(0, colon);
   const bool bracketed = host.size() > 2 && host.front() == '[' && host.back() == ']';
@@ -76,9 +76,10 @@ NetworkAddress parse_address(const std::string& flag, const std::string& text) {
   const bool good = colon != std::string::npos && !host.empty() && host.find_first_of("[]") == std::string::npos &&
                     (bracketed || host.find(':') == std::string::npos);
   const auto port = number_in<std::uint64_t>(good ? text.substr(colon + 1) : "");
-  if (!port || *port == 0 || *port > kMostPort)
-    throw UsageError(fmt::format("{} {}: takes HOST:PORT with a port from 1 to {}, such as localhost:14158 or [::1]:14158",
-                                 flag, in_quotes(text), kMostPort));
+  if (!port || *port == 0 || *port > kMaxPort)
+    throw UsageError(
+        fmt::format("{} {}: takes HOST:PORT with a port from 1 to {}, such as localhost:14158 or [::1]:14158", flag,
+                    in_quotes(text), kMaxPort));
   return {host, std::to_string(*port)};
 }
 
@@ -100,7 +101,7 @@ void add_diagnosis_flags(CommandFlags& flags, RenderOptions& options) {
                  options.pixel = PixelIndex{at(0), at(1)};
                });
   flags.parsed({"--sample", "N", "see --pixel"},
-               [&](const std::string& text) { options.sample = parse_unsigned("--sample", text, kMostSamples - 1); });
+               [&](const std::string& text) { options.sample = parse_unsigned("--sample", text, kMaxSamples - 1); });
   flags.choice({"--progress", "HOW", "bar, on a terminal; openjd: lines on stdout for Open Job Description [bar]"},
                options.progress, {"bar", "openjd"});
   flags.toggle("--quiet", "print no notes about the scene, no progress and no stage table; warnings stay",
@@ -111,12 +112,12 @@ FrameRange parse_frames(const std::string& text) {
   const std::vector<std::string> parts = split(text, ':');
   if (parts.size() != 2 && parts.size() != 3)
     throw UsageError(fmt::format("--frames {}: takes A:B[:STEP], from frame A to frame B", text));
-  FrameRange frames{parse_unsigned("--frames", parts[0], kMostFrame), parse_unsigned("--frames", parts[1], kMostFrame)};
-  if (parts.size() == 3) frames.step = parse_unsigned("--frames", parts[2], kMostFrame, 1);
+  FrameRange frames{parse_unsigned("--frames", parts[0], kMaxFrame), parse_unsigned("--frames", parts[1], kMaxFrame)};
+  if (parts.size() == 3) frames.step = parse_unsigned("--frames", parts[2], kMaxFrame, 1);
   if (frames.first > frames.last)
     throw UsageError(fmt::format("--frames {}: ends before it begins; the first frame comes first", text));
-  if (frames.count() > kMostFrames)
-    throw UsageError(fmt::format("--frames {}: at most {} frames are rendered at a time", text, kMostFrames));
+  if (frames.count() > kMaxFrames)
+    throw UsageError(fmt::format("--frames {}: at most {} frames are rendered at a time", text, kMaxFrames));
   return frames;
 }
 
@@ -155,12 +156,12 @@ void add_denoiser_layers(std::vector<std::string>& words) {
 void add_png_flags(CommandFlags& flags, PngOptions& png) {
   flags.picture({"--png", "FILE", "also write an 8-bit sRGB picture, RGBA if the image has channel A"}, png.file,
                 ".png");
-  flags.number({"--exposure", "EV", "exposure of the PNG [0]"}, png.exposure_ev, -PngOptions::kMostExposureEv,
-               PngOptions::kMostExposureEv);
+  flags.number({"--exposure", "EV", "exposure of the PNG [0]"}, png.exposure_ev, -PngOptions::kMaxExposureEv,
+               PngOptions::kMaxExposureEv);
   flags.parsed(
       {"--ev100", "EV", "expose the PNG as a camera set to EV, for scenes in lm, lx and cd/m2; sunlight is 15"},
       [&](const std::string& text) {
-        png.ev100 = parse_real("--ev100", text, -PngOptions::kMostEv100, PngOptions::kMostEv100);
+        png.ev100 = parse_real("--ev100", text, -PngOptions::kMaxEv100, PngOptions::kMaxEv100);
       });
   flags.exclude("--ev100", "--exposure");
   flags.parsed(
@@ -177,13 +178,13 @@ void add_shutter_flags(CommandFlags& flags, AnimationOptions& options) {
   flags.group("Motion blur");
   flags.number(
       {"--shutter", "FRAMES", "blur what moves while the shutter is open: 0.5 is a shutter of 180 degrees [0]"},
-      options.shutter, 0, kMostShutter);
+      options.shutter, 0, kMaxShutter);
   flags.choice({"--shutter-at", "WHEN", "open, centre, close: what the shutter does at the time of the frame [open]"},
                options.shutter_at, {{"open", 0.0}, {"centre", 0.5}, {"close", 1.0}});
   flags.parsed({"--motion-steps", "N|auto", "follow what moves in N straight steps [auto: by its curvature]"},
                [&](const std::string& text) {
                  options.motion_steps =
-                     text == "auto" ? 0 : std::uint32_t(parse_unsigned("--motion-steps", text, kMostMotionSteps, 1));
+                     text == "auto" ? 0 : std::uint32_t(parse_unsigned("--motion-steps", text, kMaxMotionSteps, 1));
                });
 }
 

@@ -15,13 +15,13 @@ namespace {
 
 constexpr double kMinFNumber = 1e-3, kMaxFNumber = 1e6;
 constexpr double kMaxFocusDistance = 0x1p40;
-constexpr double kMostSeconds = 1e9;
+constexpr double kMaxSeconds = 1e9;
 
 ImageSize parse_size(const std::string& text) {
   const std::vector<std::string> parts = split(text, 'x');
   if (parts.size() != 2) throw UsageError(fmt::format("--size {}: takes WIDTHxHEIGHT, e.g. 1280x720", text));
-  const ImageSize size = {std::uint32_t(parse_unsigned("--size", parts[0], kMostSide)),
-                          std::uint32_t(parse_unsigned("--size", parts[1], kMostSide))};
+  const ImageSize size = {std::uint32_t(parse_unsigned("--size", parts[0], kMaxImageSide)),
+                          std::uint32_t(parse_unsigned("--size", parts[1], kMaxImageSide))};
   if (size.width == 0 || size.height == 0)
     throw UsageError(fmt::format("--size {}: an image has at least one pixel", text));
   return size;
@@ -31,15 +31,15 @@ Crop parse_crop(const std::string& text) {
   const std::vector<std::string> parts = split(text, ',');
   if (parts.size() != 4)
     throw UsageError(fmt::format("--crop {}: takes X0,Y0,X1,Y1 in pixels, the last two exclusive", text));
-  const auto at = [&](std::size_t i) { return std::uint32_t(parse_unsigned("--crop", parts[i], kMostSide)); };
+  const auto at = [&](std::size_t i) { return std::uint32_t(parse_unsigned("--crop", parts[i], kMaxImageSide)); };
   return {at(0), at(1), at(2), at(3)};
 }
 
 SampleRange parse_samples(const std::string& text) {
   const std::vector<std::string> parts = split(text, ':');
   if (parts.size() != 2) throw UsageError(fmt::format("--samples {}: takes A:B, the half-open range of samples", text));
-  const SampleRange range = {parse_unsigned("--samples", parts[0], kMostSamples),
-                             parse_unsigned("--samples", parts[1], kMostSamples)};
+  const SampleRange range = {parse_unsigned("--samples", parts[0], kMaxSamples),
+                             parse_unsigned("--samples", parts[1], kMaxSamples)};
   if (range.begin >= range.end) throw UsageError(fmt::format("--samples {}: the range is empty", text));
   return range;
 }
@@ -77,7 +77,7 @@ void parse_guiding(const std::string& text, SceneOptions& options) {
     }
   if (text.empty() || !std::isdigit(static_cast<unsigned char>(text.front())))
     refuse_choice("--guiding", text, {"auto", "on", "off", "a number of paths"});
-  options.pilot_paths = parse_unsigned("--guiding", text, kMostPilotPaths, 64);
+  options.pilot_paths = parse_unsigned("--guiding", text, kMaxPilotPaths, 64);
 }
 
 void parse_light_paths(const std::string& text, SceneOptions& options) {
@@ -90,7 +90,7 @@ void parse_light_paths(const std::string& text, SceneOptions& options) {
   }
   if (text.empty() || !std::isdigit(static_cast<unsigned char>(text.front())))
     refuse_choice("--light-paths", text, {"auto", "usual", "off", "a number"});
-  options.light_paths = parse_number<double>("--light-paths", text, 0, kMostLightPathRatio);
+  options.light_paths = parse_number<double>("--light-paths", text, 0, kMaxLightPathRatio);
 }
 
 void parse_environment(const std::string& text, EnvironmentOptions& environment) {
@@ -108,8 +108,8 @@ void parse_environment(const std::string& text, EnvironmentOptions& environment)
   }
   const glm::dvec3 radiance = parse_vector("--env", text);
   for (int c = 0; c < 3; ++c)
-    if (radiance[c] < 0 || radiance[c] > kMostRadiance)
-      throw UsageError(fmt::format("--env {}: radiance lies between 0 and {:g}", text, kMostRadiance));
+    if (radiance[c] < 0 || radiance[c] > kMaxRadiance)
+      throw UsageError(fmt::format("--env {}: radiance lies between 0 and {:g}", text, kMaxRadiance));
   environment.radiance = glm::vec3(radiance);
 }
 
@@ -170,10 +170,10 @@ void add_environment_flags(CommandFlags& flags, EnvironmentOptions& environment)
 void add_animation_flags(CommandFlags& flags, AnimationOptions& options) {
   flags.text({"--animation", "NAME|INDEX", "an animation, all that do not contradict each other, or none [all]"},
              options.name);
-  flags.number({"--scene-time", "SECONDS", "time on the clock of the animations [0]"}, options.time_s, -kMostSeconds,
-               kMostSeconds);
+  flags.number({"--scene-time", "SECONDS", "time on the clock of the animations [0]"}, options.time_s, -kMaxSeconds,
+               kMaxSeconds);
   flags.parsed({"--frame", "N", "time as the number of a frame, from 0"},
-               [&](const std::string& text) { options.frame = parse_unsigned("--frame", text, kMostFrame); });
+               [&](const std::string& text) { options.frame = parse_unsigned("--frame", text, kMaxFrame); });
   flags.number({"--fps", "N", "frames per second [24]"}, options.fps, 1e-3, 1e6);
   flags.toggle("--loop", "begin an animation again after its end", options.loop);
   flags.exclude("--frame", "--scene-time");
@@ -214,7 +214,7 @@ void add_image_flags(CommandFlags& flags, SceneOptions& options, const std::stri
 void add_light_flags(CommandFlags& flags, SceneOptions& options, const std::string& spp_about) {
   flags.group("Light");
   flags.parsed({"--spp", "N", spp_about},
-               [&](const std::string& text) { options.spp = parse_unsigned("--spp", text, kMostSamples, 1); });
+               [&](const std::string& text) { options.spp = parse_unsigned("--spp", text, kMaxSamples, 1); });
   flags.number({"--seed", "N", "seed of the random numbers; images of different seeds are independent [0]"},
                options.seed, 0, 4294967295.0);
   add_environment_flags(flags, options.environment);
@@ -242,7 +242,7 @@ void add_light_flags(CommandFlags& flags, SceneOptions& options, const std::stri
        {"cosine", LightSampling::bsdf},
        {"hemisphere", LightSampling::hemisphere}});
   flags.number({"--light-samples", "N", "shadow rays per sample, with --integrator direct [1]"}, options.light_samples,
-               1, kMostLightSamples);
+               1, kMaxLightSamples);
   flags.choice<bool>({"--energy-compensation", "on|off", "add the light that microfacets scatter more than once [off]"},
                      options.energy_compensation, {{"on", true}, {"off", false}});
 }

@@ -14,7 +14,7 @@
 namespace eikon {
 namespace {
 
-constexpr std::uint32_t kMostParts = 1024;  // more are a mistake, and messages would list them all
+constexpr std::uint32_t kMaxParts = 1024;  // more are a mistake, and messages would list them all
 
 std::string lower(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return char(std::tolower(c)); });
@@ -51,7 +51,7 @@ SelectionEntry parse_entry(const std::string& text, const std::string& selection
     const std::uint32_t times = count_of(term.substr(0, cross));
     const std::uint32_t units = cross == term.size() ? 0 : count_of(term.substr(cross + 1));
     if (times == 0 || units == 0) refuse(fmt::format("has the parts '{}'", term));
-    if (times > kMostParts - entry.parts.size()) refuse(fmt::format("has more than {} parts", kMostParts));
+    if (times > kMaxParts - entry.parts.size()) refuse(fmt::format("has more than {} parts", kMaxParts));
     entry.parts.insert(entry.parts.end(), times, units);
   }
   if (entry.only > entry.parts.size()) refuse(fmt::format("has {} parts", entry.parts.size()));

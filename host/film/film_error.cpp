@@ -86,7 +86,7 @@ namespace {
 constexpr double kQuantile = 1.959964;  // quantile of the normal distribution for 95 %
 // The bias that tools/measure/coverage.py finds where neither correction nor edges tell of one,
 // relative to T; the latter over the root of the samples of a pixel.
-constexpr double kLeastBias = 0.03, kBiasOfSamples = 0.2;
+constexpr double kMinBias = 0.03, kBiasOfSamples = 0.2;
 // The error at the edges of lamps that no sample met is that which was met, times this number over
 // the samples of a pixel. With it 100 instead of 71 % of the intervals of `cornell` with 4 samples
 // hold the truth, and 93 instead of 85 % of `lamps` with 16.
@@ -94,12 +94,12 @@ constexpr double kUnmetOfEdges = 6;
 // The ratio to what lamps would give from which on lone bright pixels are outliers, the samples of
 // a replicate from which on lamps can be told otherwise, and the share of the prediction that may
 // be in doubt with fewer.
-constexpr double kOutliers = 2, kSamplesOfLamps = 32, kMostInDoubt = 0.2;
+constexpr double kOutliers = 2, kSamplesOfLamps = 32, kMaxInDoubt = 0.2;
 // The interval allows for all of the share of the prediction that rests on outliers where so many
 // pixels carry that share, by (sum)^2 / (sum of squares), and for less where more do.
 constexpr double kFewOutliers = 5;
 // The error has no upper bound where fewer pixels carry it, by (sum T_p)^2 / sum T_p^2.
-constexpr double kLeastCarriers = 4;
+constexpr double kMinCarriers = 4;
 constexpr double kChiSquared = 5.0239;  // quantile of chi squared with one degree of freedom for 97.5 %
 
 /// The sums over the neighbours of kPixelsTogether pixels of a row, and the errors of these pixels.
@@ -198,7 +198,7 @@ class PixelErrors {
     const double as_lamps = lone_ratio_of_lamps(samples) * std::max(1, twice_.load()), once = once_.load();
     Doubt doubt{.share = sum / all * std::min(1.0, kFewOutliers * squares / (sum * sum))};
     if (once >= kOutliers * as_lamps) return doubt;
-    doubt.at_least = samples < kSamplesOfLamps && sum > kMostInDoubt * all;
+    doubt.at_least = samples < kSamplesOfLamps && sum > kMaxInDoubt * all;
     if (samples < kSamplesOfLamps && !doubt.at_least) return doubt;
     lamps_ = doubt.at_least || once <= as_lamps ? 1 : as_lamps / once;
     for (std::size_t i = 0; i < error_.values.size(); ++i) error_.values[i] -= lamps_ * disputed_.values[i];
@@ -304,13 +304,13 @@ PredictedError interval_of(const Plane& error, const Uncertainty& uncertain, con
   const double mean = sum / pixels;
   PredictedError result{.relmse = mean, .lo = mean, .hi = mean, .known = true};
   if (sum == 0) return result;
-  if (pixels < kLeastCarriers || sum * sum < kLeastCarriers * squares) {
+  if (pixels < kMinCarriers || sum * sum < kMinCarriers * squares) {
     result.lo = mean / kChiSquared;
     result.hi = kInfinity;
     return result;
   }
   result.scatter = std::sqrt(differences / 2 / (pixels * (pixels - 1))) / mean;
-  result.bias = std::hypot(std::hypot(kLeastBias, kBiasOfSamples / std::sqrt(samples)),
+  result.bias = std::hypot(std::hypot(kMinBias, kBiasOfSamples / std::sqrt(samples)),
                            std::hypot(uncertain.correction, uncertain.edges) / sum, doubt.share);
   const double factor = std::exp(std::hypot(kQuantile * result.scatter, result.bias));
   result.lo = mean / factor;

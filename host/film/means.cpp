@@ -24,9 +24,9 @@ double mean_of_splats(int128 sum, std::uint64_t paths) { return std::ldexp(to_me
 /// The number as a double, correctly rounded. The compiler's own conversion counts bits, and takes
 /// several times as long.
 double rounded(int128 fixed) {
-  constexpr std::int64_t kMostHigh = 1 << 21;  // for 53 bits above the low 32
+  constexpr std::int64_t kMaxHigh = 1 << 21;  // for 53 bits above the low 32
   const auto high = static_cast<std::int64_t>(fixed >> 64);
-  if (high < -kMostHigh || high >= kMostHigh) return static_cast<double>(fixed);
+  if (high < -kMaxHigh || high >= kMaxHigh) return static_cast<double>(fixed);
   // Both parts are exact, and only their sum is rounded.
   return static_cast<double>(static_cast<std::int64_t>(fixed >> 32)) * 0x1p32 +
          static_cast<double>(static_cast<std::uint32_t>(fixed));

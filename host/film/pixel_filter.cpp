@@ -22,7 +22,7 @@ struct Known {
 // Gaussian and Blackman-Harris blur about as much as each other.
 constexpr std::array<Known, 5> kKnown = {
     {{"box", 1}, {"triangle", 2}, {"gaussian", 3}, {"mitchell", 4}, {"blackman-harris", 3}}};
-constexpr double kLeastWidth = 0.01, kMostWidth = 100;
+constexpr double kMinWidth = 0.01, kMaxWidth = 100;
 // Cells of the integral over half of the filter.
 constexpr std::size_t kCells = std::size_t{1} << 16;
 
@@ -83,9 +83,9 @@ PixelFilter parse_filter(std::string_view text) {
   PixelFilter filter{static_cast<FilterKind>(known - kKnown.begin()), known->width};
   if (colon == std::string_view::npos) return filter;
   filter.width = number_in<double>(text.substr(colon + 1)).value_or(0);
-  if (!(filter.width >= kLeastWidth && filter.width <= kMostWidth))
+  if (!(filter.width >= kMinWidth && filter.width <= kMaxWidth))
     throw UsageError(fmt::format("--filter {}: a width is a number of pixels between {} and {}, e.g. {}:{}", text,
-                                 kLeastWidth, kMostWidth, name, known->width));
+                                 kMinWidth, kMaxWidth, name, known->width));
   return filter;
 }
 

@@ -123,10 +123,10 @@ void UnitPool::add(const WorkUnit& box) {
 
 // Chooses among the boxes of the lowest first sample: the largest that fits, else the smallest.
 UnitPool::Boxes::iterator UnitPool::choose(std::uint64_t most_pixels) const {
-  constexpr int kMostCompared = 64;  // boxes; beyond them the order of rows is as good
+  constexpr int kMaxCompared = 64;  // boxes; beyond them the order of rows is as good
   auto best = boxes_.begin();
   int compared = 0;
-  for (auto it = boxes_.begin(); it != boxes_.end() && compared < kMostCompared; ++it, ++compared) {
+  for (auto it = boxes_.begin(); it != boxes_.end() && compared < kMaxCompared; ++it, ++compared) {
     if (it->sample_begin != boxes_.begin()->sample_begin) break;
     const std::uint64_t pixels = it->block.pixel_count(), chosen = best->block.pixel_count();
     const bool fits = pixels <= most_pixels, chosen_fits = chosen <= most_pixels;

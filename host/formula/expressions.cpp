@@ -49,8 +49,8 @@ Id Expressions::node(Op op, std::uint32_t number, std::array<Id, 4> operands) {
   if (constant) return folded(made);
   const auto found = known_.find(made);
   if (found != known_.end()) return found->second;
-  if (nodes_.size() == kMostNodes)
-    throw InputError(fmt::format("too complex: it and its derivatives take more than {} operations", kMostNodes));
+  if (nodes_.size() == kMaxNodes)
+    throw InputError(fmt::format("too complex: it and its derivatives take more than {} operations", kMaxNodes));
   nodes_.push_back(made);
   const Id id = Id(nodes_.size() - 1);
   known_.emplace(made, id);

@@ -57,10 +57,10 @@ struct OpInfo {
 [[nodiscard]] inline std::size_t operand_count(Op op) { return info_of(op).operands; }
 
 /// Nodes are added, never changed. Every adding function throws InputError when the graph would
-/// grow beyond kMostNodes.
+/// grow beyond kMaxNodes.
 class Expressions {
  public:
-  static constexpr std::size_t kMostNodes = 4096;
+  static constexpr std::size_t kMaxNodes = 4096;
 
   Id constant(float value);
   Id variable(Variable which);

@@ -16,7 +16,7 @@
 namespace eikon::formula {
 namespace {
 
-constexpr std::uint32_t kMostPower = 64;
+constexpr std::uint32_t kMaxPower = 64;
 constexpr const char* kKnown = "x y z pi e sqrt abs min max sin cos tan exp log atan sinh cosh tanh";
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
@@ -36,8 +36,8 @@ class Parser {
   /// Counts levels of nesting for as long as it lives.
   struct Level {
     explicit Level(Parser& parser) : parser_(parser) {
-      if (++parser_.depth_ > kMostNesting)
-        parser_.fail(parser_.at_, fmt::format("nested more than {} deep", kMostNesting));
+      if (++parser_.depth_ > kMaxNesting)
+        parser_.fail(parser_.at_, fmt::format("nested more than {} deep", kMaxNesting));
     }
     ~Level() { --parser_.depth_; }
     Level(const Level&) = delete;
@@ -126,7 +126,7 @@ class Parser {
   Id raised(Id base, Id exponent, std::size_t at) {
     if (e_.is_constant(exponent)) {
       const float n = e_[exponent].value(), size = std::abs(n);
-      if (size <= float(kMostPower) && size == std::floor(size)) {
+      if (size <= float(kMaxPower) && size == std::floor(size)) {
         const Id whole_power = e_.power(base, std::uint32_t(size));
         return n < 0 ? e_.div(e_.constant(1), whole_power) : whole_power;
       }
@@ -227,8 +227,8 @@ class Parser {
 }  // namespace
 
 Formula parse_formula(std::string_view text) {
-  if (text.size() > kMostCharacters)
-    throw InputError(fmt::format("too long: {} characters; at most {}", text.size(), kMostCharacters));
+  if (text.size() > kMaxCharacters)
+    throw InputError(fmt::format("too long: {} characters; at most {}", text.size(), kMaxCharacters));
   Formula f;
   Expressions& e = f.expressions;
   f.value = Parser(text, e).whole();

@@ -16,8 +16,8 @@
 
 namespace eikon::formula {
 
-inline constexpr std::size_t kMostCharacters = 4096;
-inline constexpr int kMostNesting = 64;
+inline constexpr std::size_t kMaxCharacters = 4096;
+inline constexpr int kMaxNesting = 64;
 
 /// f, its gradient, and its derivative along the direction (dx, dy, dz).
 struct Formula {

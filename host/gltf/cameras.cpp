@@ -74,9 +74,9 @@ void read_extensions(const JsonView& source, Camera& camera, Notes& notes) {
 double orthographic_aspect(const JsonView& lens) {
   const double aspect =
       std::abs(to_number(*member(lens.value, "xmag"))) / std::abs(to_number(*member(lens.value, "ymag")));
-  if (!(aspect >= kLeastAspect && aspect <= kMostAspect))
+  if (!(aspect >= kMinAspect && aspect <= kMaxAspect))
     lens.refuse(fmt::format("its picture of aspect {:g} is a line; bring xmag and ymag within {:g} of each other",
-                            aspect, kMostAspect));
+                            aspect, kMaxAspect));
   return aspect;
 }
 

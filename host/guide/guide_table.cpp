@@ -12,7 +12,7 @@ namespace eikon {
 namespace {
 
 constexpr std::size_t kSlotsPerCell = 4;  // at least: searches then end after one or two slots
-constexpr auto kLeastWeight = std::uint32_t(double(EK_GUIDE_LEAST) * EK_GUIDE_TOTAL / EK_GUIDE_BINS);  // of a bin
+constexpr auto kMinWeight = std::uint32_t(double(EK_GUIDE_LEAST) * EK_GUIDE_TOTAL / EK_GUIDE_BINS);  // of a bin
 
 void add_slot(GuideTable& table, CellId id, std::uint32_t cell) {
   const auto xy = std::uint32_t(id), zn = std::uint32_t(id >> 32);
@@ -55,7 +55,7 @@ std::uint64_t GuideTable::digest() const {
 }
 
 std::array<std::uint32_t, EK_GUIDE_BINS> guide_weights(const std::array<double, EK_GUIDE_BINS>& target) {
-  constexpr double kShared = EK_GUIDE_TOTAL - double(kLeastWeight) * EK_GUIDE_BINS;
+  constexpr double kShared = EK_GUIDE_TOTAL - double(kMinWeight) * EK_GUIDE_BINS;
   double sum = 0;
   for (const double t : target) sum += t;
   std::array<std::uint32_t, EK_GUIDE_BINS> weights{};
@@ -67,7 +67,7 @@ std::array<std::uint32_t, EK_GUIDE_BINS> guide_weights(const std::array<double, 
             : sum > 0                ? std::min(up_to + target[bin] / sum, 1.0)
                                      : double(bin + 1) / EK_GUIDE_BINS;
     const auto now = std::uint32_t(up_to * kShared + 0.5);  // rounded
-    weights[bin] = kLeastWeight + (now - given);
+    weights[bin] = kMinWeight + (now - given);
     given = now;
   }
   return weights;
@@ -96,7 +96,7 @@ bool is_sound_cell(std::span<const std::uint32_t> words) {
   for (std::size_t bin = 0; bin < EK_GUIDE_BINS; ++bin) {
     if (bin % EK_GUIDE_ROWS == 0 && half(2 * GUIDE_bounds + bin / EK_GUIDE_ROWS) != below) return false;
     const std::uint32_t weight = half(2 * GUIDE_weights + bin);
-    if (weight < kLeastWeight) return false;
+    if (weight < kMinWeight) return false;
     below += weight;
   }
   return below == EK_GUIDE_TOTAL;

@@ -19,7 +19,7 @@ namespace eikon {
 namespace {
 
 constexpr std::uint64_t kUnitsPerLuminance = 1U << 16;         // of the usual luminance
-constexpr double kMostUnits = double(std::uint64_t{1} << 32);  // of one sample
+constexpr double kMaxUnits = double(std::uint64_t{1} << 32);   // of one sample
 constexpr double kPrior = 4;                                   // samples that the coarser level counts for in a bin
 constexpr unsigned kShardBits = 6;
 constexpr std::size_t kShards = 1U << kShardBits;
@@ -166,7 +166,7 @@ struct GuideLearner::Impl {
   Impl(float of_scale, double of_unit) : scale(of_scale), unit(of_unit) {}
 
   [[nodiscard]] std::uint64_t units(double luminance) const {
-    return luminance > 0 ? std::uint64_t(std::min(luminance / unit, kMostUnits)) : 0;
+    return luminance > 0 ? std::uint64_t(std::min(luminance / unit, kMaxUnits)) : 0;
   }
 
   /// The light that a cell is known to get from surfaces, by the finest level that is known; 0 if

@@ -10,7 +10,7 @@
 namespace eikon {
 namespace {
 
-constexpr float kMostWeight = 0x1p40F, kMostFactor = 0x1p20F;
+constexpr float kMaxWeight = 0x1p40F, kMaxFactor = 0x1p20F;
 
 std::size_t first_word(std::uint32_t cell) { return std::size_t{cell} * EK_GUIDE_CELL_WORDS; }
 
@@ -32,10 +32,10 @@ bool LightAim::is_sound() const {
   if (words[AIM_flags] != EK_AIM_LEARNED) return false;
   for (std::size_t first = EK_GUIDE_CELL_WORDS; first < words.size(); first += EK_GUIDE_CELL_WORDS)
     if (!is_sound_cell(std::span(words).subspan(first, EK_GUIDE_CELL_WORDS)) ||
-        !is_within(std::bit_cast<float>(words[first + AIM_weight]), kMostWeight))
+        !is_within(std::bit_cast<float>(words[first + AIM_weight]), kMaxWeight))
       return false;
   return std::ranges::all_of(
-      density_factor, [](float f) { return is_within(f, kMostFactor) && std::exp2(std::rint(std::log2(f))) == f; });
+      density_factor, [](float f) { return is_within(f, kMaxFactor) && std::exp2(std::rint(std::log2(f))) == f; });
 }
 
 LightAim make_light_aim(std::span<const AimedTarget> targets, std::array<float, kAimKinds> density_factor) {

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kProbability = 0.025;      // on either side of an interval
 constexpr double kBendProbability = 0.005;  // likewise, before it is shared among the places of a bend
-constexpr double kLeastBend = 0.1;          // change of the exponent that is worth a word
+constexpr double kMinBend = 0.1;            // change of the exponent that is worth a word
 
 /// The value that Student's t exceeds with this probability, below 1/2.
 double student_quantile(double probability, double freedom) {
@@ -94,7 +94,7 @@ std::optional<PowerLaw::Bend> find_bend(std::span<const double> x, std::span<con
     const Fit<3> fit = least_squares(rows, y);
     const auto& c = fit.covariance;
     const double change = std::abs(fit.coefficient[2]), doubt = deviation(fit.variance * c[2][2]);
-    if (change < kLeastBend || change < student_quantile(kBendProbability / places, fit.freedom) * doubt) continue;
+    if (change < kMinBend || change < student_quantile(kBendProbability / places, fit.freedom) * doubt) continue;
     if (found && fit.variance >= least) continue;
     least = fit.variance;
     const double t = student_quantile(kProbability, fit.freedom);

@@ -120,10 +120,10 @@ void remove_left_behind(const std::filesystem::path& real) {
 /// nothing if there are too many.
 template <class See>
 std::optional<std::filesystem::path> follow_links(const std::filesystem::path& path, const See& see) {
-  constexpr int kMostLinks = 40;  // as Linux follows
+  constexpr int kMaxLinks = 40;  // as Linux follows
   std::filesystem::path file = path;
   std::error_code error;
-  for (int i = 0; i < kMostLinks; ++i) {
+  for (int i = 0; i < kMaxLinks; ++i) {
     see(file);
     if (!std::filesystem::is_symlink(file, error)) return file;
     const std::filesystem::path to = std::filesystem::read_symlink(file, error);

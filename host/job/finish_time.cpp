@@ -17,7 +17,7 @@
 namespace eikon {
 namespace {
 
-constexpr std::uint32_t kParts = 8, kLeastRows = 32;  // a trial takes the rows of a strip: of so many, one
+constexpr std::uint32_t kParts = 8, kMinRows = 32;  // a trial takes the rows of a strip: of so many, one
 
 /// Lets `write` write a file, and removes it again.
 template <class Write>
@@ -32,7 +32,7 @@ void write_and_remove(const char* ending, const Write& write) {
   if (!folder.empty()) std::filesystem::remove_all(folder, none);
 }
 
-std::uint32_t rows_of_trial(std::uint32_t height) { return std::min(height, std::max(height / kParts, kLeastRows)); }
+std::uint32_t rows_of_trial(std::uint32_t height) { return std::min(height, std::max(height / kParts, kMinRows)); }
 
 }  // namespace
 

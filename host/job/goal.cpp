@@ -80,7 +80,7 @@ void Goal::warn_if_out_of_reach(std::uint64_t samples) {
   constexpr std::uint64_t kEnoughToJudge = 64;
   if (warned_ || samples < kEnoughToJudge || !std::isfinite(bound_)) return;
   const double needed = double(samples) * bound_ / *options_.relmse;
-  if (needed < 4 * double(kMostSppOfGoals) || most_ < kMostSppOfGoals) return;
+  if (needed < 4 * double(kMaxSppOfGoals) || most_ < kMaxSppOfGoals) return;
   warned_ = true;
   log_(fmt::format("--target-error: about {:.1e} samples per pixel would reach it, and {} are the most; the render goes on "
                    "to them unless it is interrupted",

@@ -14,7 +14,7 @@
 namespace eikon {
 
 /// Samples per pixel of a render that is to end by its time or error, unless --spp says otherwise.
-inline constexpr std::uint64_t kMostSppOfGoals = std::uint64_t{1} << 24;
+inline constexpr std::uint64_t kMaxSppOfGoals = std::uint64_t{1} << 24;
 
 /// The goals that a user may set for a render.
 struct GoalOptions {

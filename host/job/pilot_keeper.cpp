@@ -14,7 +14,7 @@
 namespace eikon {
 namespace {
 
-constexpr std::size_t kMostKept = 16;  // of some megabytes each
+constexpr std::size_t kMaxKept = 16;  // of some megabytes each
 
 bool exists(const std::filesystem::path& file) {
   std::error_code ignored;
@@ -35,7 +35,7 @@ std::optional<Pilot> PilotCache::find(const std::string& key) {
 
 void PilotCache::put(const std::string& key, const Pilot& pilot) {
   const std::lock_guard lock(mutex_);
-  if (pilots_.size() >= kMostKept) pilots_.clear();
+  if (pilots_.size() >= kMaxKept) pilots_.clear();
   pilots_.insert_or_assign(key, pilot);
 }
 

@@ -24,7 +24,7 @@ namespace {
 constexpr std::uint32_t kDefaultRows = 720;
 constexpr double kDefaultAspect = 16.0 / 9.0;
 constexpr double kDefaultFovRad = 0.7;
-constexpr double kLeastLight = 0.01;  // see arriving_light(): less is too dark to show a shape
+constexpr double kMinLight = 0.01;  // see arriving_light(): less is too dark to show a shape
 
 void require_perspective(const Camera& camera, const std::string& flag, const char* what) {
   if (camera.projection == Projection::perspective) return;
@@ -110,12 +110,12 @@ bool needs_studio(const SceneOptions& options, const Scene& scene, const Setting
   }
   if (first_emitter(scene) == nullptr && scene.lights.empty()) return false;  // all of it is unlit
   const double aspect = asked_aspect(options);
-  const double arriving = most_light(options, scene, aspect, kLeastLight, [&](const Scene& pose) {
+  const double arriving = most_light(options, scene, aspect, kMinLight, [&](const Scene& pose) {
     Settings seen = settings;
     if (&pose != &scene) seen.camera = choose_camera(options, pose, aspect, [](const std::string&) {});
     return arriving_light(pose, seen);
   });
-  if (arriving >= kLeastLight) return false;
+  if (arriving >= kMinLight) return false;
   log(
       fmt::format("the scene's own lights leave what the camera sees dark (white paper would have a radiance of {:.1e} "
                   "there): the neutral studio is added; {}",
@@ -147,9 +147,9 @@ Environment choose_environment(const SceneOptions& asked, const Scene& scene, co
   if (environment.map) return environment;
   environment.radiance *= float(options.scale);
   for (int c = 0; c < 3; ++c)
-    if (!(double(environment.radiance[c]) <= kMostRadiance))
+    if (!(double(environment.radiance[c]) <= kMaxRadiance))
       throw UsageError(fmt::format("--env-scale {}: the environment's radiance becomes more than {:g}", options.scale,
-                                   kMostRadiance));
+                                   kMaxRadiance));
   return environment;
 }
 
@@ -217,7 +217,7 @@ void settle_camera_and_size(const SceneOptions& options, const Scene& scene, Set
   } else {
     const double aspect = settings.camera.aspect > 0 ? settings.camera.aspect : kDefaultAspect;
     settings.height = kDefaultRows;
-    settings.width = std::uint32_t(std::lround(std::clamp(aspect * kDefaultRows, 1.0, double(kMostSide))));
+    settings.width = std::uint32_t(std::lround(std::clamp(aspect * kDefaultRows, 1.0, double(kMaxImageSide))));
   }
   settings.camera_poses = camera_poses(options, scene, asked, settings.camera);
   settings.next_camera = next_camera(options, scene, asked, settings.camera);
@@ -350,7 +350,7 @@ Prepared prepare(const SceneOptions& options, std::shared_ptr<Scene> loaded, con
   const SampleRange samples = options.samples.value_or(SampleRange{0, options.spp.value_or(kUsualSpp)});
   settings.sample_begin = samples.begin;
   settings.sample_end = samples.end;
-  if (samples.end - samples.begin > kMostImagePaths / settings.crop.pixel_count())
+  if (samples.end - samples.begin > kMaxImagePaths / settings.crop.pixel_count())
     throw UsageError(
         fmt::format("{} samples of each of {} pixels are more than 2^60 in all; ask for fewer by --spp or --samples",
                     samples.end - samples.begin, settings.crop.pixel_count()));

@@ -82,7 +82,7 @@ void RenderJob::load(std::shared_ptr<Scene> scene, double load_s) {
 void RenderJob::settle_goal() {
   if (!options_.goal.any()) return;
   Settings& settings = prepared_.settings;
-  if (!options_.scene.spp && !options_.scene.samples) settings.sample_end = kMostSppOfGoals;
+  if (!options_.scene.spp && !options_.scene.samples) settings.sample_end = kMaxSppOfGoals;
   settings.likely_samples = Goal::likely_samples(options_.goal, settings.crop);
 }
 

@@ -17,7 +17,7 @@ namespace eikon {
 
 /// The PNG of --png, and how linear colours become its 8 bits.
 struct PngOptions {
-  static constexpr double kMostExposureEv = 64, kMostEv100 = 32;  // to either side of 0
+  static constexpr double kMaxExposureEv = 64, kMaxEv100 = 32;  // to either side of 0
 
   std::string file;  // empty: none is wanted
   double exposure_ev = 0;

@@ -163,7 +163,7 @@ Need light_rule(const SceneFacts& facts) {
 
 /// raycast.h samples each light at every vertex, if they are few enough.
 bool samples_each_light(const SceneFacts& facts) {
-  return is_raycast(facts) && facts.is_lit && facts.lights.count() <= kMostLightSamples;
+  return is_raycast(facts) && facts.is_lit && facts.lights.count() <= kMaxLightSamples;
 }
 
 Need light_tree(const SceneFacts& facts) {

@@ -83,7 +83,7 @@ void read_execution_environment(Execution& execution) {
     if (std::string(text) != "off") throw UsageError(std::string("EIKON_TICKS=") + text + ": takes off");
     execution.ticks = false;
   }
-  take_number("EIKON_UNIT_PATHS", 64, kMostUnitPaths, execution.unit_paths);
+  take_number("EIKON_UNIT_PATHS", 64, kMaxUnitPaths, execution.unit_paths);
   // The pixels of an image are numbered by 16 bits a side.
   take_number("EIKON_UNIT_BLOCK", 1, 1U << 11, execution.block);
 }

@@ -54,12 +54,12 @@ enum class Guiding {
 };
 [[nodiscard]] const char* name_of(Guiding guiding);  // as --guiding has it
 
-inline constexpr std::uint32_t kMostSide = 65535;  // of an image: pixel coordinates travel as two 16-bit halves
-inline constexpr std::uint64_t kMostSamples = std::uint64_t{1} << 48;  // the end of the last range of a pixel's samples
+inline constexpr std::uint32_t kMaxImageSide = 65535;  // of an image: pixel coordinates travel as two 16-bit halves
+inline constexpr std::uint64_t kMaxSamples = std::uint64_t{1} << 48;  // the end of the last range of a pixel's samples
 // The most paths of all pixels together, so that sums of their numbers do not wrap.
-inline constexpr std::uint64_t kMostImagePaths = std::uint64_t{1} << 60;
-inline constexpr double kMostRadiance = 1e30;                          // of an even environment
-inline constexpr std::uint32_t kMostLightSamples = 16;  // the memory of paths in flight grows with them
+inline constexpr std::uint64_t kMaxImagePaths = std::uint64_t{1} << 60;
+inline constexpr double kMaxRadiance = 1e30;           // of an even environment
+inline constexpr std::uint32_t kMaxLightSamples = 16;  // the memory of paths in flight grows with them
 
 /// Everything that decides the image, besides the scene. Devices do not.
 struct Settings {
@@ -84,7 +84,7 @@ struct Settings {
   bool energy_compensation = false;  // rough metal and glass give back what single scattering loses
   Culling culling = Culling::none;   // --cull has the default `camera`: instruments that place rays meet all surfaces
   LightSampling light_sampling = LightSampling::mis;
-  std::uint32_t light_samples = 1;          // shadow rays of each vertex, 1 to kMostLightSamples; raycast ignores it
+  std::uint32_t light_samples = 1;          // shadow rays of each vertex, 1 to kMaxLightSamples; raycast ignores it
   std::vector<std::string> aovs;            // layers of layers.h
   std::vector<std::uint32_t> depth_series;  // light is also summed apart by these bounds (scatter_bounds, layers.h)
   PixelFilter filter;
@@ -106,7 +106,7 @@ struct Settings {
   Environment environment;           // what is used: --env, else the file's, else black or the neutral one
 };
 
-inline constexpr double kMostLightPathRatio = 4;  // light paths for each path from the camera
+inline constexpr double kMaxLightPathRatio = 4;  // light paths for each path from the camera
 
 /// Light paths of each sample index, if there are so many for each path from the camera.
 [[nodiscard]] std::uint64_t light_paths_of_ratio(const Settings& settings, double ratio);
@@ -121,7 +121,7 @@ inline constexpr double kMostLightPathRatio = 4;  // light paths for each path f
 enum class InstanceMode { automatic, two_level, flat };
 
 /// The most paths that a unit of work may have.
-inline constexpr std::uint32_t kMostUnitPaths = 1U << 25;
+inline constexpr std::uint32_t kMaxUnitPaths = 1U << 25;
 
 /// The way in which the work is done. Nothing of it changes the image's bits.
 struct Execution {

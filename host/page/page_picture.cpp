@@ -44,10 +44,10 @@ double relative_variance(const Planes& mean, const Planes& variance, std::size_t
 }
 
 unsigned char error_grey(double relative_error) {
-  constexpr double kLeastExponent = -4, kStep = 51;
+  constexpr double kMinExponent = -4, kStep = 51;
   if (!(relative_error > 0)) return 0;
   return static_cast<unsigned char>(
-      std::clamp(std::lround((std::log10(relative_error) - kLeastExponent) * kStep), 0L, 255L));
+      std::clamp(std::lround((std::log10(relative_error) - kMinExponent) * kStep), 0L, 255L));
 }
 
 std::string data_address(const std::string& png) { return "data:image/png;base64," + base64(png); }
@@ -67,7 +67,7 @@ void append_rgbe(std::vector<unsigned char>& bytes, const float (&rgb)[3]) {
 Json page_picture(const Image& image) {
   const std::optional<Planes> mean = planes_of(image, ""), variance = planes_of(image, "variance.");
   if (!mean || image.width == 0 || image.height == 0) throw InputError("the image has no pixels of R, G and B");
-  const std::uint32_t side = (std::max(image.width, image.height) - 1) / kMostPageSide + 1;
+  const std::uint32_t side = (std::max(image.width, image.height) - 1) / kMaxPageSide + 1;
   const std::uint32_t width = (image.width - 1) / side + 1, height = (image.height - 1) / side + 1;
   std::vector<unsigned char> mantissas, exponents, errors;
   bool known = false;

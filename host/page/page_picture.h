@@ -12,7 +12,7 @@ namespace eikon {
 
 /// The longest side, in pixels, of a picture in a page. Larger ones are averaged over blocks of
 /// pixels.
-inline constexpr std::uint32_t kMostPageSide = 1600;
+inline constexpr std::uint32_t kMaxPageSide = 1600;
 
 /// Radiance as three mantissas and a power of two that they share, four bytes a pixel: a value is
 /// (mantissa + 0.5) / 256 * 2^(exponent - 128), or 0 where the exponent is 0. Negative and

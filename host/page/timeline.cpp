@@ -13,8 +13,8 @@ namespace eikon {
 namespace {
 
 constexpr double kSpansAcross = 1500;     // those that are shorter than one part in so many of the time are joined
-constexpr std::size_t kMostPoints = 400;  // of a counter
-constexpr std::size_t kMostTracks = 64, kMostDepth = 8;
+constexpr std::size_t kMaxPoints = 400;   // of a counter
+constexpr std::size_t kMaxTracks = 64, kMaxDepth = 8;
 constexpr double kRound_s = 1e-8;  // times in the file are rounded
 
 struct Span {
@@ -78,7 +78,7 @@ std::vector<std::vector<Span>> rows_of(std::vector<Span> spans, double least_s) 
     while (!open_until.empty() && span.begin_s >= open_until.back() - kRound_s) open_until.pop_back();
     const std::size_t depth = open_until.size();
     open_until.push_back(span.end_s);
-    if (depth >= kMostDepth) continue;
+    if (depth >= kMaxDepth) continue;
     if (rows.size() <= depth) rows.resize(depth + 1);
     std::vector<Span>& row = rows[depth];
     Span* const last = row.empty() ? nullptr : &row.back();
@@ -106,7 +106,7 @@ Json track_json(const Track& track, const Events& events, double least_s) {
 }
 
 Json counter_json(const std::vector<std::pair<double, double>>& points, double begin_s) {
-  const std::size_t step = points.size() / kMostPoints + 1;
+  const std::size_t step = points.size() / kMaxPoints + 1;
   Json list = Json::array();
   for (std::size_t i = 0; i < points.size(); ++i)
     if (i % step == 0 || i + 1 == points.size()) list.push_back({points[i].first - begin_s, points[i].second});
@@ -125,7 +125,7 @@ Json page_timeline(const Json& trace_events) {
   Json timeline = {
       {"end_s", length_s}, {"names", events.names}, {"tracks", Json::array()}, {"counters", Json::object()}};
   for (const auto& [id, track] : events.tracks)
-    if (!track.spans.empty() && timeline["tracks"].size() < kMostTracks)
+    if (!track.spans.empty() && timeline["tracks"].size() < kMaxTracks)
       timeline["tracks"].push_back(track_json(track, events, length_s / kSpansAcross));
   for (const auto& [name, points] : events.counters) timeline["counters"][name] = counter_json(points, events.begin_s);
   return timeline;

@@ -231,8 +231,8 @@ void write_png_of(const nb::bytes& path, const nb::dict& planes, double exposure
     if (!(std::abs(value) <= most))
       throw UsageError(fmt::format("{}: {} is not from {} to {}", name, value, -most, most));
   };
-  require("exposure", exposure_ev, PngOptions::kMostExposureEv);
-  if (ev100) require("ev100", *ev100, PngOptions::kMostEv100);
+  require("exposure", exposure_ev, PngOptions::kMaxExposureEv);
+  if (ev100) require("ev100", *ev100, PngOptions::kMaxEv100);
   PngOptions{.file = {path.c_str(), path.size()}, .exposure_ev = exposure_ev, .ev100 = ev100, .tone_map = *map}.write(
       image_of(listed(planes)));
 }

@@ -20,7 +20,7 @@ namespace eikon {
 namespace {
 
 // Images of a pool that are remembered; ReadyWavefronts keeps no more.
-constexpr std::size_t kMostKnown = 8;
+constexpr std::size_t kMaxKnown = 8;
 // An image may take one part in so many of a device's memory, beside the image that is being
 // rendered.
 constexpr std::uint64_t kPrefetchMemoryParts = 16;
@@ -144,7 +144,7 @@ std::unique_ptr<DevicePrefetcher::Turn> DevicePrefetcher::turn(const Image& imag
   pool.program = program;
   std::erase(pool.ready, key);
   pool.ready.push_back(key);
-  if (pool.ready.size() > kMostKnown) pool.ready.pop_front();
+  if (pool.ready.size() > kMaxKnown) pool.ready.pop_front();
   ++turns_;
   auto turn = std::make_unique<Turn>(*this, pool.pool);
   lock.unlock();

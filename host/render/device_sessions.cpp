@@ -16,12 +16,12 @@ namespace {
 constexpr double kLateFactor = 20;           // times the expected duration of its units
 constexpr double kUnknownUnitWatchdogs = 6;  // times the watchdog's seconds, with its rate unknown
 // At the end, threads whose units do not count get this share of the rendering time to come back.
-constexpr double kPatienceShare = 0.02, kLeastPatience_s = 0.1;
+constexpr double kPatienceShare = 0.02, kMinPatience_s = 0.1;
 // A device that fails is opened again, up to these limits.
-constexpr unsigned kMostFailuresInARow = 3;
-constexpr unsigned kMostFailures = 10;       // with fewer than kForgivingUnits good units since each
+constexpr unsigned kMaxFailuresInARow = 3;
+constexpr unsigned kMaxFailures = 10;        // with fewer than kForgivingUnits good units since each
 constexpr unsigned kForgivingUnits = 16;     // so many good units clear the count of failures
-constexpr unsigned kMostFailureEvents = 32;  // of one device; its report counts all
+constexpr unsigned kMaxFailureEvents = 32;   // of one device; its report counts all
 // A device without a unit asks again so often, because units of other devices may be late by then.
 constexpr double kAskInterval_s = 0.01;
 // A smaller share of the work is not reported: every device runs out of work at the end.
@@ -197,10 +197,10 @@ bool DeviceSessions::failed(std::size_t device, const std::string& why, bool las
   session.successes = 0;
   session.why = why;
   // Opening may have failed for want of memory, so it gets one more try with smaller units.
-  const unsigned most = lasts ? 1 : session.was_open ? kMostFailuresInARow : 2;
-  const bool again = ++session.failures_in_a_row < most && ++session.failures < kMostFailures && !ended_ && !error_;
+  const unsigned most = lasts ? 1 : session.was_open ? kMaxFailuresInARow : 2;
+  const bool again = ++session.failures_in_a_row < most && ++session.failures < kMaxFailures && !ended_ && !error_;
   if (again) {
-    if (++session.noted <= kMostFailureEvents)
+    if (++session.noted <= kMaxFailureEvents)
       note(device, DeviceEvent::Kind::failed, why + "; it is tried again, with smaller units");
   } else {
     session.dropped = true;
@@ -358,7 +358,7 @@ void DeviceSessions::wait_for_threads() {
     watch();
     const std::lock_guard lock(mutex_);
     if (all_ended()) return;
-    if (host_seconds() - begin_s < std::max(kLeastPatience_s, kPatienceShare * totals_.render_s)) continue;
+    if (host_seconds() - begin_s < std::max(kMinPatience_s, kPatienceShare * totals_.render_s)) continue;
     const bool complete = schedule_.complete();
     for (std::size_t i = 0; i < sessions_.size(); ++i) {
       const Session& session = sessions_[i];

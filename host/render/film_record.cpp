@@ -59,8 +59,8 @@ void parse_part(std::string_view text, const FilmLayout& layout, SampleSet& done
   const auto n = numbers<6>(text);
   const Crop& crop = layout.crop;
   if (!n || (*n)[0] < crop.x0 || (*n)[0] >= (*n)[2] || (*n)[2] > crop.x1 || (*n)[1] < crop.y0 || (*n)[1] >= (*n)[3] ||
-      (*n)[3] > crop.y1 || (*n)[4] >= (*n)[5] || (*n)[5] > kMostSamples ||
-      (*n)[5] - (*n)[4] > kMostImagePaths / crop.pixel_count())
+      (*n)[3] > crop.y1 || (*n)[4] >= (*n)[5] || (*n)[5] > kMaxSamples ||
+      (*n)[5] - (*n)[4] > kMaxImagePaths / crop.pixel_count())
     throw InputError(fmt::format("its record of samples has an impossible part, '{}'", text));
   const auto at = [&](std::size_t i) { return static_cast<std::uint32_t>((*n)[i]); };
   const WorkUnit part{{at(0), at(1), at(2), at(3)}, (*n)[4], (*n)[5]};

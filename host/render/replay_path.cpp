@@ -10,7 +10,7 @@ namespace eikon {
 namespace {
 
 // The most paths of a unit: a replay has one path from the camera, but may have many light paths.
-constexpr std::uint32_t kMostReplayPaths = 1U << 14;
+constexpr std::uint32_t kMaxReplayPaths = 1U << 14;
 
 }  // namespace
 
@@ -23,7 +23,7 @@ ReplayedSample replay_path(const ReadyScene& scene, const Settings& settings, co
   PackedScene& packed = *scene.packed;
   const Execution own = without_probe(execution);  // one path is too few to measure for
   add_accel(packed, own.accel, configure(info, own).layout, own.threads);
-  const Execution small = fit_units(packed, info, scene.features, settings, own, {.most_paths = kMostReplayPaths});
+  const Execution small = fit_units(packed, info, scene.features, settings, own, {.most_paths = kMaxReplayPaths});
   require_memory(memory_need(packed, configure(info, small), scene.features, settings), info, own);
   DevicePool::Lease device = pool.take(info);
   Settings guided = settings;

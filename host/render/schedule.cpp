@@ -26,9 +26,9 @@ constexpr double kShortestUnit_s = 4e-3;  // clocks and threads are no more prec
 constexpr double kOverheadShare = 0.04;
 
 // Order of samples: a unit has at most 1/kPasses of a pixel's samples, so that an interrupted image
-// is noisy everywhere, but kLeastSamples where a pixel has few, or more where all samples take
+// is noisy everywhere, but kMinSamples where a pixel has few, or more where all samples take
 // little time (pass_s).
-constexpr std::uint64_t kLeastSamples = 16, kPasses = 4;
+constexpr std::uint64_t kMinSamples = 16, kPasses = 4;
 
 // Rates: the weight of a new measurement against all before it.
 constexpr double kNewWeight = 0.4;
@@ -61,7 +61,7 @@ std::uint64_t Schedule::most_samples(const UnitLimits& limits) const {
   const double pass = limits.pass_s * rate * double(range_) / double(std::max<std::uint64_t>(opened_, 1));
   // All of them, or a power of two: then the passes after the first are no smaller.
   const std::uint64_t of_pass = pass < double(range_) ? std::bit_floor(std::uint64_t(pass)) : range_;
-  return std::max({kLeastSamples, (range_ + kPasses - 1) / kPasses, of_pass});
+  return std::max({kMinSamples, (range_ + kPasses - 1) / kPasses, of_pass});
 }
 
 /// Pixels of the block of a unit that is to have so many paths.

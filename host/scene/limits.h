@@ -9,8 +9,8 @@ namespace eikon {
 inline constexpr double kMaxCoordinate = 1099511627776.0;  // 2^40
 /// The most operations and numbers that the formulas of a scene have together; a kernel holds code
 /// for all of them.
-inline constexpr std::size_t kMostFormulaNodes = std::size_t{1} << 16U;
+inline constexpr std::size_t kMaxFormulaNodes = std::size_t{1} << 16U;
 /// Width over height of pictures that a camera may ask for.
-inline constexpr double kLeastAspect = 1e-6, kMostAspect = 1e6;
+inline constexpr double kMinAspect = 1e-6, kMaxAspect = 1e6;
 
 }  // namespace eikon

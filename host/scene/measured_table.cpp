@@ -13,8 +13,8 @@ using std::numbers::pi;
 constexpr std::size_t kH = EK_MEASURED_THETA_H, kD = EK_MEASURED_THETA_D, kP = EK_MEASURED_PHI_D;
 constexpr std::size_t kViews = EK_MEASURED_VIEWS;
 constexpr int kAround = 64;          // half vectors of each cell and view, evenly around the normal
-constexpr double kMostHalf = 0.875;  // the cosine's part is 1/8 at least: weights are below 8 pi f
-constexpr double kLeastHalf = 1e-4;  // of what is reflected; less than that is left to the cosine
+constexpr double kMaxHalf = 0.875;   // the cosine's part is 1/8 at least: weights are below 8 pi f
+constexpr double kMinHalf = 1e-4;    // of what is reflected; less than that is left to the cosine
 
 double theta_h_of(double cells) { return (cells / kH) * (cells / kH) * pi / 2; }
 
@@ -98,8 +98,8 @@ void fill_view(const Shares& shares, const std::vector<float>& edges, float* wor
     beyond += part[i];
     below += base * shares[i].measure;
   }
-  const double p = beyond > kLeastHalf * (beyond + below) ? beyond / (beyond + below) : 0;
-  words[0] = float(std::min(p, kMostHalf));
+  const double p = beyond > kMinHalf * (beyond + below) ? beyond / (beyond + below) : 0;
+  words[0] = float(std::min(p, kMaxHalf));
   float* const cumulative = words + EK_MEASURED_VIEW_CUMULATIVE;
   float* const density = words + EK_MEASURED_VIEW_DENSITY;
   double sum = 0;

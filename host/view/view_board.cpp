@@ -15,7 +15,7 @@ namespace eikon {
 namespace {
 
 constexpr double kWatch_s = 0.5;         // between two looks at the files
-constexpr std::size_t kMostWaiting = 4;  // paths
+constexpr std::size_t kMaxWaiting = 4;   // paths
 
 std::chrono::duration<double> seconds(double s) { return std::chrono::duration<double>(s); }
 
@@ -87,7 +87,7 @@ std::vector<std::string> ViewBoard::words() {
 Json ViewBoard::path(const PixelSample& at, double most_s) {
   const auto request = std::make_shared<PathRequest>(PathRequest{.at = at});
   std::unique_lock lock(mutex_);
-  if (paths_.size() >= kMostWaiting) throw InputError("view: other paths are traced first; try again");
+  if (paths_.size() >= kMaxWaiting) throw InputError("view: other paths are traced first; try again");
   const std::shared_ptr<EngineOrders> asked = orders_;
   paths_.push_back(request);
   asked->stop = true;

@@ -14,7 +14,7 @@
 namespace eikon {
 namespace {
 
-constexpr double kMostShare = 0.2;  // of the time goes into denoising
+constexpr double kMaxShare = 0.2;  // of the time goes into denoising
 constexpr double kLongAgo_s = 1e9;
 constexpr double kMoreSamples = 1.5;  // times those of the picture before
 
@@ -97,7 +97,7 @@ bool ViewDenoiser::pays(std::uint64_t samples) const {
   const std::lock_guard lock(work_->mutex);
   const bool waits = work_->busy || work_->next;
   return !waits && double(samples) >= kMoreSamples * double(work_->samples) &&
-         host_seconds() - work_->began_s > work_->took_s / kMostShare;
+         host_seconds() - work_->began_s > work_->took_s / kMaxShare;
 }
 
 void ViewDenoiser::begin(Image picture, std::uint64_t samples, Done done) {

@@ -22,7 +22,7 @@ constexpr double kWake_s = 0.005;        // until a render sees that somebody as
 constexpr double kLongestRound_s = 0.1;  // of samples, unless one sample takes longer: units end with their round
 constexpr double kPublish_s = 0.2;       // between two pictures that refine
 constexpr double kFastSmall_s = 0.02, kSlowSmall_s = 0.06;  // for a small picture
-constexpr std::uint64_t kLeastSmall = 2, kMostSmall = 16;   // pixels along the side that one of it stands for
+constexpr std::uint64_t kMinSmall = 2, kMaxSmall = 16;      // pixels along the side that one of it stands for
 
 /// The same picture with one sample for each block of pixels.
 Settings reduced(const Settings& settings, std::uint64_t side) {
@@ -145,8 +145,8 @@ void ViewEngine::show_small() {
   if (done.sample_set.empty()) return;
   publish(done.film, {.settings = small, .samples = 1, .small = true}, false);
   if (compiles) return;
-  if (took_s > kSlowSmall_s) small_ = std::min(2 * small_, kMostSmall);
-  if (took_s < kFastSmall_s) small_ = std::max(small_ / 2, kLeastSmall);
+  if (took_s > kSlowSmall_s) small_ = std::min(2 * small_, kMaxSmall);
+  if (took_s < kFastSmall_s) small_ = std::max(small_ / 2, kMinSmall);
 }
 
 void ViewEngine::render() {

@@ -18,8 +18,8 @@ namespace {
 using FlagNames = std::set<std::string, std::less<>>;
 
 constexpr std::size_t kLongestValue = 400;  // bytes of a flag's text
-constexpr std::size_t kMostGroups = 256;
-constexpr double kMostFactor = 1e6;  // of a light group
+constexpr std::size_t kMaxGroups = 256;
+constexpr double kMaxFactor = 1e6;  // of a light group
 
 /// The flags that a page may give. None of them names a file, but --env, whose value is checked.
 const FlagNames kLookFlags = {"--size",           "--look-at", "--fov",        "--camera",    "--f-number",
@@ -41,8 +41,8 @@ void check_size(const std::string& text) {
   const std::vector<std::string> sides = split(text, 'x');
   for (const std::string& side : sides) {
     const auto pixels = number_in<std::uint32_t>(side);
-    if (sides.size() != 2 || !pixels || *pixels < 1 || *pixels > kMostViewSide)
-      throw UsageError(fmt::format("view: --size takes WIDTHxHEIGHT of 1 to {} pixels each", kMostViewSide));
+    if (sides.size() != 2 || !pixels || *pixels < 1 || *pixels > kMaxViewSide)
+      throw UsageError(fmt::format("view: --size takes WIDTHxHEIGHT of 1 to {} pixels each", kMaxViewSide));
   }
 }
 
@@ -56,8 +56,8 @@ void read_flag(const std::string& name, const Json& value, ViewLook& look) {
 
 void read_factor(const std::string& group, const Json& value, ViewLook& look) {
   const double factor = value.is_number() ? value.get<double>() : -1;
-  if (!(factor >= 0 && factor <= kMostFactor) || look.mix.size() >= kMostGroups)
-    throw UsageError(fmt::format("view: the factor of a light group lies between 0 and {:g}", kMostFactor));
+  if (!(factor >= 0 && factor <= kMaxFactor) || look.mix.size() >= kMaxGroups)
+    throw UsageError(fmt::format("view: the factor of a light group lies between 0 and {:g}", kMaxFactor));
   look.mix[group] = factor;
 }
 

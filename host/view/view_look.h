@@ -12,7 +12,7 @@
 namespace eikon {
 
 /// The longest side of a picture that a page may ask for, in pixels.
-inline constexpr std::uint32_t kMostViewSide = 2048;
+inline constexpr std::uint32_t kMaxViewSide = 2048;
 
 struct ViewLook {
   std::map<std::string, std::string> flags{};  // "--fov" -> "40"; they decide what is rendered

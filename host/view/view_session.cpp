@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kPatience_s = 0.3;      // with threads, at the end
 constexpr double kLongestPath_s = 60;    // until a path is traced again: its program may have to be compiled
-constexpr std::size_t kMostThreads = 3;  // one that is listened to, and others that load what nobody wants any more
+constexpr std::size_t kMaxThreads = 3;   // one that is listened to, and others that load what nobody wants any more
 
 }  // namespace
 
@@ -39,7 +39,7 @@ ViewSession::~ViewSession() {
 void ViewSession::open(const std::string& scene) {
   const std::lock_guard lock(mutex_);
   join_ended();
-  if (threads_.size() >= kMostThreads)
+  if (threads_.size() >= kMaxThreads)
     throw InputError("view: the scenes that were opened before are still being loaded; try again in a while");
   given_ = words_of_other_scene(scene, given_);
   start(true);

@@ -16,16 +16,16 @@ namespace {
 constexpr std::uint64_t kPathBytes = 256;  // rough size of state and film slots of a path with all features
 // Kernels of several lanes number the paths of a unit exactly below this
 // (kernels/stages/path_state.h).
-constexpr std::uint32_t kMostExactPaths = 1U << 23;
+constexpr std::uint32_t kMaxExactPaths = 1U << 23;
 // A device that launches each stage has a fixed cost for each depth of a unit, whatever the unit's
 // size. An H200 takes 0.09 to 0.16 ms for each of the 25 to 80 depths of a unit that have less than
 // 2^16 paths: with units of 2^23 paths 15 % of the time in cornell.gltf and 36 % in
 // cornell_spheres.gltf (tools/gpu/MODEL.md).
-constexpr std::uint32_t kLeastQueuedCapacity = 1U << 20;
+constexpr std::uint32_t kMinQueuedCapacity = 1U << 20;
 constexpr std::uint64_t kResident = 2048, kRoundsOfItems = 128;  // work-items that a compute unit holds; rounds of them
 // A unit has at most capacity / kSamplesToFill pixels (on CPUs kSamplesToFillCores), because the
 // sums of each pixel take memory. So a unit reaches the capacity only with so many samples of each
-// pixel. On CPUs it does with the samples of a short pass (kLeastSamples in render/schedule.cpp),
+// pixel. On CPUs it does with the samples of a short pass (kMinSamples in render/schedule.cpp),
 // because cores that have few paths each are idle for long.
 constexpr std::uint32_t kSamplesToFill = 32, kSamplesToFillCores = 16;
 // Measured on cores with 1 MiB of level-2 cache: chunks of 4096 paths (0.5 MiB of state) are 3 to 4
@@ -42,9 +42,9 @@ constexpr std::uint32_t kChunksPerWorker = 32;
 std::uint64_t usual_capacity(const WavefrontConfig& config, const DeviceInfo& device, std::uint32_t chunk) {
   if (!config.chunked)
     return std::clamp(std::bit_floor(kRoundsOfItems * kResident * device.compute_units),
-                      std::uint64_t{kLeastQueuedCapacity}, std::uint64_t{kMostUnitPaths});
+                      std::uint64_t{kMinQueuedCapacity}, std::uint64_t{kMaxUnitPaths});
   std::uint64_t paths = 1U << 18;
-  while (config.fused && paths < kMostExactPaths && paths / chunk < kChunksPerWorker * config.workers) paths *= 2;
+  while (config.fused && paths < kMaxExactPaths && paths / chunk < kChunksPerWorker * config.workers) paths *= 2;
   return paths;
 }
 
@@ -72,8 +72,8 @@ WavefrontConfig configure(const DeviceInfo& device, const Execution& execution) 
   chunk = std::max(chunk / 16, 1U) * 16;
   std::uint64_t paths = execution.unit_paths != 0 ? execution.unit_paths : usual_capacity(config, device, chunk);
   const std::uint64_t memory = available_bytes(device, execution);
-  while (execution.unit_paths == 0 && paths > kLeastUnitPaths && paths * kPathBytes > memory / 4) paths /= 2;
-  if (config.chunked) paths = std::min<std::uint64_t>(paths, kMostExactPaths);
+  while (execution.unit_paths == 0 && paths > kMinUnitPaths && paths * kPathBytes > memory / 4) paths /= 2;
+  if (config.chunked) paths = std::min<std::uint64_t>(paths, kMaxExactPaths);
   const auto whole = [&](std::uint32_t grain) { return std::max(std::uint32_t(paths) / grain, 1U); };
   config.chunk = config.chunked ? chunk : whole(kWorkGroup) * kWorkGroup;
   config.chunks = config.chunked ? whole(config.chunk) : 1;

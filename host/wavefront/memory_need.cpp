@@ -64,7 +64,7 @@ Execution fit_units(const DeviceInfo& device, const Features& features, const Se
                         buffers.largest <= device.max_allocation_bytes;
     return numbered && (stored || !may_be_less);
   };
-  while (config.capacity() > kLeastUnitPaths && !fits()) {
+  while (config.capacity() > kMinUnitPaths && !fits()) {
     Execution less = fitted;
     less.unit_paths = config.capacity() / 2;
     const WavefrontConfig smaller = configure(device, less);

@@ -9,12 +9,12 @@ namespace eikon {
 
 /// Units are never made smaller than this: smaller ones are slow, and the state of so few paths
 /// takes less than a megabyte.
-inline constexpr std::uint32_t kLeastUnitPaths = 1U << 10;
+inline constexpr std::uint32_t kMinUnitPaths = 1U << 10;
 
 /// The most paths of a unit after it was made smaller so many times: a quarter for each of them.
 /// paths  most paths of a unit that was not made smaller
 [[nodiscard]] inline std::uint32_t shrunk_unit(std::uint32_t paths, unsigned times) {
-  return std::max(paths >> std::min(2 * times, 31U), std::min(paths, kLeastUnitPaths));
+  return std::max(paths >> std::min(2 * times, 31U), std::min(paths, kMinUnitPaths));
 }
 
 /// A device may fail once by chance, because units are too large for it, or because it lacks memory
@@ -44,14 +44,14 @@ class UnitShrink {
   /// The device failed, while it was open or when it was to be opened.
   void failed() {
     const bool soon = units_ < wait_;  // after many units their size is not likely to be the cause
-    wait_ = enlarged_ && soon ? std::min(2 * wait_, kMostWait) : kFirstWait;
+    wait_ = enlarged_ && soon ? std::min(2 * wait_, kMaxWait) : kFirstWait;
     if (soon || times_ == 0) ++times_;
     units_ = 0;
     enlarged_ = false;
   }
 
  private:
-  static constexpr std::uint64_t kFirstWait = 8, kMostWait = std::uint64_t{1} << 32;  // units
+  static constexpr std::uint64_t kFirstWait = 8, kMaxWait = std::uint64_t{1} << 32;  // units
   static constexpr double kPays = 20;  // wait this many times as long as opening takes, which then costs 5 % at most
   unsigned times_ = 0;
   bool enlarged_ = false;                        // the last change made units larger

@@ -27,7 +27,7 @@ class Constants(unittest.TestCase):
     def test_they_are_those_of_eikon(self):
         host = pathlib.Path(__file__).resolve().parents[2] / "host"
         for file, name, expected in (("render/pilot/pilot.cpp", "kPathsPerPixel", jobs.PILOT_PATHS_PER_PIXEL),
-                                     ("render/pilot/pilot.h", "kMostPilotPaths", jobs.MOST_PILOT_PATHS),
+                                     ("render/pilot/pilot.h", "kMaxPilotPaths", jobs.MOST_PILOT_PATHS),
                                      ("job/checkpoint.h", "every_s", folder.USUAL_CHECKPOINT_S)):
             value, shift = re.search(name + r" = (\d+)U?(?: << (\d+))?;", (host / file).read_text()).groups()
             self.assertEqual(int(value) << int(shift or 0), expected, name)

@@ -17,7 +17,7 @@ namespace {
 constexpr double kObliqueCost = 2.5;
 // Oblique planes are tried in nodes of at most this many triangles, and for this many of them.
 constexpr std::size_t kObliqueLimit = 64, kObliqueTriangles = 4;
-constexpr double kMostSlack = 0.25;  // largest slack, per size of a triangle, with which its plane is tried
+constexpr double kMaxSlack = 0.25;  // largest slack, per size of a triangle, with which its plane is tried
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 
@@ -129,7 +129,7 @@ class BspBuilder {
     const Box& whole = scene_.box_of(reference.triangle);
     double size = 0;
     for (std::size_t k = 0; k < 3; ++k) size = std::max(size, double{whole.hi[k]} - double{whole.lo[k]});
-    if (!(scene_.slack(reference.triangle) <= kMostSlack * size)) return piece;
+    if (!(scene_.slack(reference.triangle) <= kMaxSlack * size)) return piece;
     CellScene::Region region = scene_.region(reference.triangle);
     for (std::size_t k = 0; k < 3; ++k) {
       HalfSpace half{{}, double{reference.lo[k]}};

@@ -15,16 +15,16 @@
 namespace eikon {
 namespace {
 
-constexpr std::size_t kMostTriangles = std::size_t{1} << 26;  // lists of 16 entries for each are numbered in 31 bits
+constexpr std::size_t kMaxTriangles = std::size_t{1} << 26;  // lists of 16 entries for each are numbered in 31 bits
 // In halves of the scene's longest side. It allows a camera at three times the scene's size.
 constexpr double kReachLimit = 8;
 
 }  // namespace
 
 CellScene::CellScene(TriangleSoup triangles) : triangles_(triangles) {
-  if (triangles.size() > kMostTriangles) {
+  if (triangles.size() > kMaxTriangles) {
     throw InputError(fmt::format("cannot divide the space of {} triangles: the limit is {}; try --accel bvh",
-                                 triangles.size(), kMostTriangles));
+                                 triangles.size(), kMaxTriangles));
   }
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     if (is_degenerate(triangles, i)) continue;

@@ -15,12 +15,12 @@
 namespace eikon {
 namespace {
 
-constexpr double kCellsPerTriangle = 27, kMostCells = 0x1p27, kMostOnAxis = 4096;
+constexpr double kCellsPerTriangle = 27, kMaxCells = 0x1p27, kMaxOnAxis = 4096;
 constexpr std::size_t kChunk = 1024;
 
 /// The planes between cells: floats, of which no two are equal.
 std::vector<float> planes_between(float lo, float hi, double cells) {
-  const auto count = static_cast<std::size_t>(std::clamp(std::round(cells), 1.0, kMostOnAxis));
+  const auto count = static_cast<std::size_t>(std::clamp(std::round(cells), 1.0, kMaxOnAxis));
   std::vector<float> planes{lo};
   for (std::size_t i = 1; i < count; ++i) {
     const double w = static_cast<double>(i) / static_cast<double>(count);
@@ -142,7 +142,7 @@ Accel build_grid(TriangleSoup triangles) {
   Accel accel = scene.begin("grid", "grid");
   const CellReferences references = scene.references();
   const CellBudget budget = CellBudget::of(scene.size());
-  double cells = std::clamp(kCellsPerTriangle * static_cast<double>(scene.size()), 1.0, kMostCells);
+  double cells = std::clamp(kCellsPerTriangle * static_cast<double>(scene.size()), 1.0, kMaxCells);
   std::optional<Grid> grid;
   std::optional<std::vector<std::uint32_t>> begins;
   // One cell lists each triangle once, so this ends.

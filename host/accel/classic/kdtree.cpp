@@ -96,7 +96,7 @@ constexpr double kRotateMost = 1.7;  // most references on both sides, per refer
 // Words of a node, two for an index (kernels/traverse/classic/kdtree.h).
 constexpr std::uint32_t kLeaf = 3, kOblique = 4, kKindBits = 3, kKindMask = 7;
 constexpr std::size_t kObliqueWords = 6;
-constexpr std::size_t kMostIndices = std::size_t{1} << (32 - kKindBits);
+constexpr std::size_t kMaxIndices = std::size_t{1} << (32 - kKindBits);
 
 std::size_t words_of(std::uint32_t word) { return (word & kKindMask) == kOblique ? kObliqueWords : 2; }
 
@@ -237,7 +237,7 @@ Accel KdBuilder::build(const char* name, const char* layout) const {
   const KdCell cell{{box.lo[0], box.lo[1], box.lo[2]}, {box.hi[0], box.hi[1], box.hi[2]}};
   KdPart tree;
   build(tree, {scene_.references(), cell, CellBudget::of(scene_.size()), 0, 0});
-  if (tree.nodes.size() / 2 >= kMostIndices)
+  if (tree.nodes.size() / 2 >= kMaxIndices)
     throw InputError("the kd-tree or BSP tree has more nodes than it can number; try --accel bvh");
   accel.nodes.insert(accel.nodes.end(), tree.nodes.begin(), tree.nodes.end());
   accel.leaves.assign(tree.leaves.begin(), tree.leaves.end());

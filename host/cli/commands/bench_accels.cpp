@@ -13,7 +13,7 @@
 namespace eikon {
 namespace {
 
-constexpr std::size_t kMostByBruteForce = 4096;  // triangles
+constexpr std::size_t kMaxByBruteForce = 4096;  // triangles
 
 struct Row {
   std::string accel, layout, test;  // test: "" is the watertight one
@@ -24,7 +24,7 @@ std::vector<Row> rows(const std::string& usual, std::size_t triangles) {
   std::vector<Row> all;
   for (const Accelerator& each : accelerators()) {
     const std::string name = each.name;
-    if (name == "none" && triangles > kMostByBruteForce) continue;
+    if (name == "none" && triangles > kMaxByBruteForce) continue;
     if (name == "bvh" && usual != "bvh2") all.push_back({name, usual, "", {}});
     all.push_back({name, each.layout == nullptr ? "bvh2" : each.layout, "", {}});
   }
@@ -100,7 +100,7 @@ void bench_accels(Device& device, PackedScene& scene, const AccelBench& bench, n
     fmt::print("\n");
     std::fflush(stdout);
   }
-  if (scene.triangles.size() > kMostByBruteForce)
+  if (scene.triangles.size() > kMaxByBruteForce)
     fmt::print("none is left out: every ray against {} triangles\n", scene.triangles.size());
   scene.accels.clear();
 }

@@ -308,7 +308,7 @@ void add_bench_scene(CommandFlags& bench, Command& chosen) {
   flags.text({"--json", "FILE", "write the results as JSON; tools/plot_error.py draws them"}, options->json);
   flags.run(chosen, [options] {
     BenchSceneOptions read = *options;
-    if (!read.scene.spp && read.time_s > 0) read.scene.spp = kMostSppOfGoals;
+    if (!read.scene.spp && read.time_s > 0) read.scene.spp = kMaxSppOfGoals;
     read_execution_environment(read.execution);
     return bench_scene_command(read);
   });

@@ -147,17 +147,17 @@ std::string crop_flag(const Crop& window, const FilmLayout& layout) {
 /// Prints which samples are missing between those of the parts, and the flags that render them.
 /// returns  true if none are missing
 bool print_gaps(const Whole& whole, const std::string& output) {
-  constexpr std::size_t kMostLines = 8;
+  constexpr std::size_t kMaxLines = 8;
   const auto [begin, end] = sample_range(whole.record.sample_set);
   const std::vector<WorkUnit> gaps = whole.record.sample_set.missing(whole.layout.crop, begin, end);
   if (gaps.empty()) return true;
   std::uint64_t count = 0;
   for (const WorkUnit& gap : gaps) count += gap.path_count();
   print_to_stderr("eikon: {} samples are missing between those of the parts; these flags render them:\n", count);
-  for (std::size_t i = 0; i < std::min(gaps.size(), kMostLines); ++i)
+  for (std::size_t i = 0; i < std::min(gaps.size(), kMaxLines); ++i)
     print_to_stderr("eikon:   --samples {}:{}{}\n", gaps[i].sample_begin, gaps[i].sample_end,
                     crop_flag(gaps[i].block, whole.layout));
-  if (gaps.size() > kMostLines) print_to_stderr("eikon:   and {} more\n", gaps.size() - kMostLines);
+  if (gaps.size() > kMaxLines) print_to_stderr("eikon:   and {} more\n", gaps.size() - kMaxLines);
   print_to_stderr("eikon: or all at once: --checkpoint {} --resume --samples {}:{}{}\n", printable(output), begin, end,
                   crop_flag(whole.layout.crop, whole.layout));
   return false;

@@ -21,11 +21,11 @@ struct ReportOptions {
   std::string stats, profile, image, output;
 };
 
-constexpr std::uint64_t kMostBytes = std::uint64_t{256} << 20;
+constexpr std::uint64_t kMaxBytes = std::uint64_t{256} << 20;
 
 Json read_json_file(const std::string& file) {
   try {
-    const Bytes bytes = read_regular_file(file, kMostBytes);
+    const Bytes bytes = read_regular_file(file, kMaxBytes);
     return parse_json({reinterpret_cast<const char*>(bytes.data.get()), bytes.size});
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: {}", file, error.what()));

@@ -42,11 +42,11 @@ std::vector<std::string> render_words(const std::vector<std::string>& words) {
 ViewLook first_look(const SceneOptions& scene) {
   const ImageSize size = scene.size.value_or(kUsualSize);
   const std::string text = fmt::format("{}x{}", size.width, size.height);
-  if (std::max(size.width, size.height) > kMostViewSide)
+  if (std::max(size.width, size.height) > kMaxViewSide)
     throw UsageError(
         fmt::format("--size {}: a view has at most {} pixels a side; render the command that its page shows, "
                     "with another --size",
-                    text, kMostViewSide));
+                    text, kMaxViewSide));
   return {.flags = {{"--size", text}}};
 }
 

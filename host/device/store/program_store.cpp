@@ -24,8 +24,8 @@ namespace {
 
 constexpr const char* kOneVariant = "POCL_WORK_GROUP_SPECIALIZATION";
 // PoCL allocates so much for a binary, whatever its size, and does not look whether it got it.
-constexpr std::size_t kMostBytes = std::size_t{256} << 20;
-constexpr std::uintmax_t kMostBytesOfAll = std::uintmax_t{512} << 20;  // some 2,000 programs
+constexpr std::size_t kMaxBytes = std::size_t{256} << 20;
+constexpr std::uintmax_t kMaxBytesOfAll = std::uintmax_t{512} << 20;  // some 2,000 programs
 
 std::uint64_t hash_of_text(std::string_view text, std::uint64_t seed) {
   return xxhash64(std::as_bytes(std::span(text)), seed);
@@ -83,7 +83,7 @@ StoredProgram::StoredProgram(const std::filesystem::path& folder, const std::str
 }
 
 std::optional<std::string> StoredProgram::find() const try {
-  const Bytes bytes = read_regular_file(file_, kMostBytes);
+  const Bytes bytes = read_regular_file(file_, kMaxBytes);
   const std::string_view all(reinterpret_cast<const char*>(bytes.data.get()), bytes.size);
   if (all.size() <= head_.size() + sizeof(std::uint64_t) || !all.starts_with(head_)) return {};
   const std::string_view sum = all.substr(all.size() - sizeof(std::uint64_t));
@@ -104,7 +104,7 @@ void StoredProgram::keep(std::string_view binary) const try {
   for (const std::string_view part : {std::string_view(head_), binary, std::string_view(sum)})
     file.write(part.data(), part.size());
   file.commit();
-  forget_oldest(file_.parent_path(), kMostBytesOfAll);
+  forget_oldest(file_.parent_path(), kMaxBytesOfAll);
 } catch (const std::exception&) {
   // The program is compiled again the next time.
 }
@@ -160,9 +160,9 @@ void prepare_pocl() {
 }
 
 std::string program_binary(cl_program program) {
-  void* const room = mmap(nullptr, 2 * kMostBytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  void* const room = mmap(nullptr, 2 * kMaxBytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
   if (room == MAP_FAILED) return "";
-  munmap(room, 2 * kMostBytes);
+  munmap(room, 2 * kMaxBytes);
   std::size_t size = 0;
   if (clGetProgramInfo(program, CL_PROGRAM_BINARY_SIZES, sizeof size, &size, nullptr) != CL_SUCCESS) return "";
   std::string binary(size, '\0');

@@ -24,7 +24,7 @@ constexpr const char* kEntries = "eikon.entries";         // string attribute: n
 constexpr const char* kEntriesHash = "eikon.mattesHash";  // string: hash of the seal and entries
 constexpr std::size_t kWords = 5;
 constexpr std::array<const char*, kWords> kChannels = {"matte", "pixel", "id", "count.0", "count.1"};
-constexpr std::size_t kMostColumns = 8192;
+constexpr std::size_t kMaxColumns = 8192;
 constexpr std::size_t kRows = 16;  // rows of a block of ZIP compression
 constexpr std::uint64_t kMaxMattesBytes = std::uint64_t{1} << 38;
 
@@ -55,7 +55,7 @@ class EntriesHash {
 };
 
 std::size_t columns_for(std::uint64_t entries) {
-  return static_cast<std::size_t>(std::clamp<std::uint64_t>(entries, 1, kMostColumns));
+  return static_cast<std::size_t>(std::clamp<std::uint64_t>(entries, 1, kMaxColumns));
 }
 
 /// The frame buffer for rows [first, last) of the table: words[channel][row - first][column].

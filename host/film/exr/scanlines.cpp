@@ -118,7 +118,7 @@ Bytes deflated(const Bytes& bytes) {
 /// Runs of three and more as their length minus 1 and the byte; others as minus their number and
 /// the bytes.
 Bytes run_lengths(const Bytes& bytes) {
-  constexpr std::ptrdiff_t kLeastRun = 3, kMost = 127;
+  constexpr std::ptrdiff_t kMinRun = 3, kMost = 127;
   Bytes out;
   out.reserve(bytes.size());
   const auto end = bytes.end();
@@ -127,14 +127,14 @@ Bytes run_lengths(const Bytes& bytes) {
     return std::find_if(at + 1, most, [&](std::uint8_t byte) { return byte != *at; }) - at;
   };
   for (auto at = bytes.begin(); at != end;) {
-    if (const std::ptrdiff_t run = run_at(at); run >= kLeastRun) {
+    if (const std::ptrdiff_t run = run_at(at); run >= kMinRun) {
       out.push_back(static_cast<std::uint8_t>(run - 1));
       out.push_back(*at);
       at += run;
       continue;
     }
     auto to = at;
-    while (to != end && to - at < kMost && !(end - to >= kLeastRun && to[0] == to[1] && to[1] == to[2])) ++to;
+    while (to != end && to - at < kMost && !(end - to >= kMinRun && to[0] == to[1] && to[1] == to[2])) ++to;
     out.push_back(static_cast<std::uint8_t>(at - to));
     out.insert(out.end(), at, to);
     at = to;

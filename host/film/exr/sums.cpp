@@ -24,7 +24,7 @@ using exr::Reader, exr::reading, exr::refuse;
 // 2 GPixel; it is read a few rows at a time.
 constexpr std::uint64_t kMaxSumsBytes = std::uint64_t{1} << 38;
 
-constexpr std::size_t kMostMattes = 16;
+constexpr std::size_t kMaxMattes = 16;
 
 void read_channels(const std::filesystem::path& path, const Imf::Header& header, FilmLayout& layout) {
   const auto* replicates = header.findTypedAttribute<Imf::IntAttribute>(exr::kReplicates);
@@ -38,7 +38,7 @@ void read_channels(const std::filesystem::path& path, const Imf::Header& header,
   layout.channels = split(channels->value(), ',');
   const auto* mattes = header.findTypedAttribute<Imf::StringAttribute>(exr::kMattes);
   layout.mattes = mattes == nullptr ? std::vector<std::string>() : split(mattes->value(), ',');
-  if (layout.mattes.size() > kMostMattes) refuse(path, fmt::format("{} mattes", layout.mattes.size()));
+  if (layout.mattes.size() > kMaxMattes) refuse(path, fmt::format("{} mattes", layout.mattes.size()));
   if (layout.channels.size() < 3 || layout.channels[0] != "R" || layout.channels[1] != "G" || layout.channels[2] != "B")
     refuse(path, "its sums are not of R, G, B");
   // A list of names may be long without the channels that it names.
@@ -106,7 +106,7 @@ std::string exr::light_paths_text(std::span<const LightPathCount> counts) {
 }
 
 std::optional<std::vector<LightPathCount>> exr::parse_light_paths(std::string_view text, const FilmLayout& layout) {
-  constexpr std::size_t kMostWindows = 1U << 16;
+  constexpr std::size_t kMaxWindows = 1U << 16;
   std::vector<LightPathCount> counts;
   for (const std::string& part : split(text, ';')) {
     std::vector<std::uint64_t> numbers;
@@ -123,7 +123,7 @@ std::optional<std::vector<LightPathCount>> exr::parse_light_paths(std::string_vi
     const auto at = [&](std::size_t i) { return static_cast<std::uint32_t>(numbers[i]); };
     const Crop window{at(0), at(1), at(2), at(3)};
     // In their order, and each once: see Film::add_light_paths.
-    if (counts.size() == kMostWindows || (!counts.empty() && order_of(counts.back().window) >= order_of(window)))
+    if (counts.size() == kMaxWindows || (!counts.empty() && order_of(counts.back().window) >= order_of(window)))
       return std::nullopt;
     counts.push_back({window, {numbers.begin() + 4, numbers.end()}});
   }

@@ -220,13 +220,13 @@ void convert(const Source& source, const Crop& crop, std::uint32_t y, std::uint3
 /// the height of the image.
 void write_image(exr::ScanlineFile& file, const Crop& crop, const std::vector<Source>& sources) {
   const std::size_t width = crop.width();
-  constexpr std::uint32_t kBlocks = 2, kMostThreads = 8;
+  constexpr std::uint32_t kBlocks = 2, kMaxThreads = 8;
   const bool in_order = std::ranges::any_of(sources, [](const Source& source) {
     // So that the error names the first overflow.
     return source.in_order || source.type == Imf::HALF;
   });
   const auto threads = static_cast<std::uint32_t>(tbb::this_task_arena::max_concurrency());
-  const std::uint32_t most = std::min(exr::kRowsPerBlock * kBlocks * std::min(threads, kMostThreads), crop.height());
+  const std::uint32_t most = std::min(exr::kRowsPerBlock * kBlocks * std::min(threads, kMaxThreads), crop.height());
   const std::size_t plane = width * most;
   std::vector<std::uint32_t> words(plane * sources.size());
   std::vector<std::string> names;

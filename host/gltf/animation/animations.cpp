@@ -21,7 +21,7 @@
 namespace eikon {
 namespace {
 
-constexpr std::size_t kMostNames = 20;  // in a message
+constexpr std::size_t kMaxNames = 20;  // in a message
 
 /// A property of the document, and its value over time.
 struct Channel {
@@ -203,7 +203,7 @@ std::size_t animation_called(const std::string& wanted, const std::vector<Animat
   const auto index = number_in<std::size_t>(wanted);
   if (index && *index < known.size()) return *index;
   std::vector<std::string> names;
-  for (std::size_t i = 0; i < std::min(known.size(), kMostNames); ++i)
+  for (std::size_t i = 0; i < std::min(known.size(), kMaxNames); ++i)
     names.push_back(known[i].name.empty() ? fmt::format("{}", i) : in_quotes(known[i].name));
   if (names.size() < known.size()) names.emplace_back("...");
   throw InputError(fmt::format("it has no animation {}; {}", in_quotes(wanted),

@@ -30,7 +30,7 @@ constexpr Property kProperties[] = {
     {"/meshes/*/weights/*"},
     {"/nodes/*/extensions/KHR_node_visibility/visible", 1, boolean},
     {"/cameras/*/perspective/yfov", 1, numbers, kTiny, kWidestFov},
-    {"/cameras/*/perspective/aspectRatio", 1, numbers, kLeastAspect, kMostAspect},
+    {"/cameras/*/perspective/aspectRatio", 1, numbers, kMinAspect, kMaxAspect},
     {"/cameras/*/orthographic/xmag", 1, numbers, kTiny, 0x1p40},
     {"/cameras/*/orthographic/ymag", 1, numbers, kTiny, 0x1p40},
     {"/cameras/*/extensions/EIKON_camera_lens/radius", 1, numbers, kTiny, 0x1p40},
@@ -120,10 +120,10 @@ bool may_be_absent(const std::string& name) { return name == "pbrMetallicRoughne
 }  // namespace
 
 const Property* find_property(std::string_view pointer) {
-  constexpr std::size_t kMostParts = 16;
+  constexpr std::size_t kMaxParts = 16;
   if (!pointer.starts_with('/')) return nullptr;
   const std::vector<std::string> names = names_of(pointer);
-  if (names.size() > kMostParts) return nullptr;
+  if (names.size() > kMaxParts) return nullptr;
   const auto* const found = std::ranges::find_if(
       kProperties, [&](const Property& property) { return matches(names_of(property.pattern), 0, names, 0); });
   return found == std::end(kProperties) ? nullptr : found;

@@ -21,11 +21,11 @@ constexpr double kLampDirection = 2e-3;  // of the axis of a lamp
 constexpr double kNormal = 5e-3;         // of the shading normals of a mesh
 constexpr double kRounding = 1e-9;       // of coordinates, for what does not move but by rounding
 
-constexpr std::uint32_t kLeastProbes = 4;
+constexpr std::uint32_t kMinProbes = 4;
 // Probes lie off the middle of a step, so that a motion that swings to and fro is not taken for
 // rest.
 constexpr double kProbeShare = 0.381966;
-constexpr std::size_t kMostVertices = 512;  // of a primitive that keeps its form, which are looked at
+constexpr std::size_t kMaxVertices = 512;  // of a primitive that keeps its form, which are looked at
 
 double over(double distance, double allowed) {
   if (distance <= 0) return 0;
@@ -92,7 +92,7 @@ double node_deviation(const MidPose& step, std::size_t node) {
     if (stands && is_rigid) continue;
     // A part of a mesh that changes its form may move alone.
     const std::size_t count = mesh.primitives[p].positions_object.size(),
-                      stride = is_rigid ? count / kMostVertices + 1 : 1;
+                      stride = is_rigid ? count / kMaxVertices + 1 : 1;
     most = std::max(most, normal_deviation(step, node, p, stride));
     const auto before = vertices_of(step.before, node, p), after = vertices_of(step.after, node, p),
                at = vertices_of(step.true_pose, node, p);
@@ -264,7 +264,7 @@ class Poses {
   /// The largest deviation of any step, 0 where poses cannot be compared.
   double deviation_of(std::uint32_t steps) {
     double most = 0;
-    const std::uint32_t probes = std::max(steps, kLeastProbes);
+    const std::uint32_t probes = std::max(steps, kMinProbes);
     for (std::uint32_t i = 0; i < probes && trouble_.empty(); ++i) {
       const double time = (i + kProbeShare) / probes * steps;
       const double begin = std::floor(time);
@@ -304,7 +304,7 @@ void add_shutter_poses(Scene& scene, const Shutter& shutter, const PoseLoader& p
   Poses poses(scene, shutter, pose_at);
   std::uint32_t steps = std::max(shutter.steps, 1U);
   double off = shutter.steps == 0 ? poses.deviation_of(steps) : 0;
-  while (off > 1 && steps < kMostShutterSteps) off = poses.deviation_of(steps *= 2);
+  while (off > 1 && steps < kMaxShutterSteps) off = poses.deviation_of(steps *= 2);
   std::vector<std::shared_ptr<const Scene>> found;
   for (std::uint32_t i = 0; i <= steps; ++i) found.push_back(poses.at(double(i) / steps));
   if (!poses.trouble().empty()) {

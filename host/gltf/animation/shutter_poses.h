@@ -12,7 +12,7 @@ namespace eikon {
 /// time.
 using PoseLoader = std::function<Scene(double time_s)>;
 
-inline constexpr std::uint32_t kMostShutterSteps = 64;
+inline constexpr std::uint32_t kMaxShutterSteps = 64;
 
 /// Two poses of the same triangles, and the true one between them.
 struct MidPose {

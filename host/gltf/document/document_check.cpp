@@ -246,9 +246,9 @@ void check_textures(Json& document, WrongParts& wrong) {
 void check_perspective(const JsonView& view) {
   const double yfov = as_number(view, "yfov").value_or(0), aspect = as_number(view, "aspectRatio").value_or(1);
   if (!(yfov > 0 && yfov < kPi)) view.fail("'yfov' is missing or not between 0 and pi radians");
-  if (!(aspect >= kLeastAspect && aspect <= kMostAspect))
-    view.refuse(fmt::format("'aspectRatio' {:g} is not from {:g} to {:g}; leave it out for any", aspect, kLeastAspect,
-                            kMostAspect));
+  if (!(aspect >= kMinAspect && aspect <= kMaxAspect))
+    view.refuse(fmt::format("'aspectRatio' {:g} is not from {:g} to {:g}; leave it out for any", aspect, kMinAspect,
+                            kMaxAspect));
 }
 
 void check_orthographic(const JsonView& view) {

@@ -16,7 +16,7 @@
 namespace eikon {
 namespace {
 
-constexpr double kLeastExtent =
+constexpr double kMinExtent =
     0x1p-20;  // over the largest coordinate; in less, floats would tell only a few points apart
 
 void read_bounds(const JsonView& view, Shape& shape) {
@@ -36,7 +36,7 @@ void read_bounds(const JsonView& view, Shape& shape) {
       view.refuse(
           fmt::format("'bounds' are empty: {} from {:g} to {:g}; first come the least x, y, z, then the largest",
                       "xyz"[axis], lo[axis], hi[axis]));
-    if (!(hi[axis] - lo[axis] >= kLeastExtent * reach))
+    if (!(hi[axis] - lo[axis] >= kMinExtent * reach))
       view.refuse(fmt::format("'bounds' from {:g} to {:g} in {} are too thin for single precision; move or widen them",
                               lo[axis], hi[axis], "xyz"[axis]));
     shape.middle[int(axis)] = 0.5 * (lo[axis] + hi[axis]);
@@ -57,11 +57,11 @@ std::uint32_t ImplicitSurfaceReader::formula(const JsonView& view) {
     view.refuse(fmt::format("f: {}", error.what()));
   }
   node_count_ += scene_.formulas.back().expressions.size();
-  if (node_count_ > kMostFormulaNodes)
+  if (node_count_ > kMaxFormulaNodes)
     view.refuse(
         fmt::format("f: with it the formulas of the scene and their derivatives have {} operations and numbers, more "
                     "than {}; use fewer or shorter formulas",
-                    node_count_, kMostFormulaNodes));
+                    node_count_, kMaxFormulaNodes));
   return known->second;
 }
 

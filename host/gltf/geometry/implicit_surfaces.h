@@ -24,7 +24,7 @@ class ImplicitSurfaceReader {
   /// Appends the surface that a node places, if it places one: where f is 0 within the bounds
   /// (least x, y, z, then the largest; in the node's space). Where f > 0 is outside.
   /// throws InputError: a formula that is missing, does not parse, or has more than
-  /// kMostFormulaNodes with those before it; bounds that are missing, empty, or beyond 2^40
+  /// kMaxFormulaNodes with those before it; bounds that are missing, empty, or beyond 2^40
   void add(const PlacedNode& placed);
 
  private:

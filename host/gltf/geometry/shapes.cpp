@@ -18,7 +18,7 @@
 namespace eikon {
 namespace {
 
-constexpr double kLeastSize = 0x1p-60;  // kernels square the inverse
+constexpr double kMinSize = 0x1p-60;  // kernels square the inverse
 
 /// The shape in the document's list that an extension names by its index.
 const Json& listed_shape(const Json& document, const JsonView& view) {
@@ -46,7 +46,7 @@ const ShapeKindInfo& kind_of(const JsonView& view) {
 
 double checked_size(const JsonView& view, const ShapeParameter& parameter, double value) {
   const bool zero = parameter.may_be_zero && value == 0;
-  if (!zero && !(value >= kLeastSize && value <= kMaxCoordinate))
+  if (!zero && !(value >= kMinSize && value <= kMaxCoordinate))
     view.refuse(fmt::format("'{}' {:g} is not a size in metres, 2^-60 to 2^40", parameter.name, value));
   return value;
 }

@@ -19,7 +19,7 @@
 namespace eikon {
 namespace {
 
-constexpr double kMostReflected = 1.01;  // the midpoint rule is wrong by less than this
+constexpr double kMaxReflected = 1.01;  // the midpoint rule is wrong by less than this
 
 void note_light(const JsonView& material, const MeasuredTable& table, Notes& notes) {
   if (table.holes > 0)
@@ -28,7 +28,7 @@ void note_light(const JsonView& material, const MeasuredTable& table, Notes& not
   const std::size_t view = table.brightest_view();
   const glm::dvec3& rgb = table.albedos[view];
   const double most = std::max({rgb.x, rgb.y, rgb.z});
-  if (most > kMostReflected)
+  if (most > kMaxReflected)
     notes.mended(fmt::format("{}: {} reflects {:.3g} times the light that arrives at {:.0f} degrees; kept as it is",
                              material.label(), table.name, most,
                              std::acos(MeasuredTable::cosine(view)) * 180 / std::numbers::pi));

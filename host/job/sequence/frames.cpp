@@ -17,14 +17,14 @@
 namespace eikon {
 namespace {
 
-constexpr std::size_t kMostDigits = 2;  // of the width
+constexpr std::size_t kMaxDigits = 2;  // of the width
 
 /// Calls `place` with each place of a number, by its begin, its end and its width, from the left.
 template <class Place>
 void for_each_place(const std::string& name, const Place& place) {
   for (std::size_t begin = name.find('%'); begin != std::string::npos; begin = name.find('%', begin + 1)) {
     std::size_t end = begin + 1;
-    while (end < name.size() && end - begin - 1 < kMostDigits && std::isdigit(static_cast<unsigned char>(name[end])))
+    while (end < name.size() && end - begin - 1 < kMaxDigits && std::isdigit(static_cast<unsigned char>(name[end])))
       ++end;
     if (end >= name.size() || name[end] != 'd') continue;
     place(begin, end + 1, number_in<std::size_t>(name.substr(begin + 1, end - begin - 1)).value_or(0));

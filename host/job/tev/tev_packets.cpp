@@ -14,7 +14,7 @@ static_assert(std::endian::native == std::endian::little, "the viewer reads litt
 
 enum class Operation : std::uint8_t { create_image = 4, update_image = 6 };
 
-constexpr std::size_t kMostBytes = std::size_t{1} << 20;  // of a message's pixels, unless a row has more
+constexpr std::size_t kMaxBytes = std::size_t{1} << 20;  // of a message's pixels, unless a row has more
 
 /// A message grows field by field; its first four bytes are its length.
 class Packet {
@@ -67,7 +67,7 @@ void tev_update(const std::string& name, const Image& part, TevPlace at,
                 const std::function<void(const std::string&)>& send) {
   const std::size_t channels = part.channels.size();
   const std::size_t row_bytes = std::max<std::size_t>(1, channels * part.width * sizeof(float));
-  const auto most_rows = static_cast<std::uint32_t>(std::clamp<std::size_t>(kMostBytes / row_bytes, 1, part.height));
+  const auto most_rows = static_cast<std::uint32_t>(std::clamp<std::size_t>(kMaxBytes / row_bytes, 1, part.height));
   for (std::uint32_t first = 0; first < part.height; first += most_rows) {
     const std::uint32_t rows = std::min(most_rows, part.height - first);
     const std::size_t values = std::size_t{part.width} * rows;

@@ -21,7 +21,7 @@ namespace {
 // Seconds without a byte that the viewer takes: while the render goes on, and when only the last
 // picture is left.
 constexpr double kPatience_s = 10, kLastPatience_s = 5;
-constexpr double kMostAtEnd_s = 60;  // that the end of a render waits for a viewer that reads slowly
+constexpr double kMaxAtEnd_s = 60;   // that the end of a render waits for a viewer that reads slowly
 constexpr double kReserve_s = 1;     // for the thread to notice that the time is over
 constexpr std::chrono::milliseconds kPollInterval{50};
 constexpr double kCopyingShare = 1.0 / 50;  // of the time of the devices, which wait for it
@@ -179,7 +179,7 @@ void TevViewer::show_last(const Film& film, const ExrOptions& exr) {
 }
 
 void TevViewer::close() {
-  end_within(kMostAtEnd_s);
+  end_within(kMaxAtEnd_s);
   tell_failure();
 }
 

@@ -16,10 +16,10 @@ namespace eikon {
 
 namespace {
 
-constexpr double kLeastSaving = 0x1p24;   // bytes; less than this fits the caches, and costs nothing to repeat
+constexpr double kMinSaving = 0x1p24;     // bytes; less than this fits the caches, and costs nothing to repeat
 constexpr std::uint64_t kTreeBytes = 80;  // per triangle, in any of the trees
 constexpr std::uint64_t kTopBytes = 64;   // per instance in the scene's tree
-constexpr double kMostCondition = 1e6;    // condition number of an instance's matrix
+constexpr double kMaxCondition = 1e6;     // condition number of an instance's matrix
 
 using Corners = std::array<std::uint32_t, 3>;
 
@@ -89,7 +89,7 @@ bool find_transform(const Scene& scene, const Node& node, const InstancedMesh& m
   }
   const glm::dmat3 inverse = glm::inverse(linear);
   const double scale = norm(linear), inverse_scale = norm(inverse);
-  if (!(scale * inverse_scale < kMostCondition) || !(largest < 0x1p100) || !(scale > 0x1p-60) ||
+  if (!(scale * inverse_scale < kMaxCondition) || !(largest < 0x1p100) || !(scale > 0x1p-60) ||
       (glm::determinant(linear) < 0) != node.mirrored)
     return false;
   // Bounds the errors of three products, two sums and the translation, half a unit each, with room
@@ -201,7 +201,7 @@ InstanceChoice choose_instances(const InstancedMeshes& instanced, const Features
     return flat(fmt::format("--layout {} has one level", execution.layout));
   if (execution.instances == InstanceMode::flat) return flat("asked for");
   const double saved = double(choice.flat_bytes) - double(choice.two_level_bytes);
-  choice.two_level = asked || (saved >= kLeastSaving && 2 * choice.two_level_bytes <= choice.flat_bytes);
+  choice.two_level = asked || (saved >= kMinSaving && 2 * choice.two_level_bytes <= choice.flat_bytes);
   choice.why = asked              ? "asked for"
                : choice.two_level ? fmt::format("saves {:.0f} MB", saved * 1e-6)
                                   : "two levels would save too little";
@@ -219,7 +219,7 @@ Features features_of(const Scene& scene, const Settings& settings, const Executi
 namespace {
 
 // Most corners that are transformed for tight boxes, which takes about a second.
-constexpr std::uint64_t kMostCorners = std::uint64_t{1} << 27;
+constexpr std::uint64_t kMaxCorners = std::uint64_t{1} << 27;
 
 /// A box from the mesh's box alone, which is larger than necessary but takes no time.
 InstanceBox quick_box(const MeshInstance& instance, const InstancedMesh& mesh) {
@@ -283,7 +283,7 @@ std::vector<InstanceBox> instance_boxes(const Scene& scene, const InstancedMeshe
     for (const Primitive& primitive : scene.meshes[scene.nodes[instance.node].mesh].primitives)
       corners += primitive.positions_object.size();
   std::vector<InstanceBox> boxes(count);
-  std::vector<char> exact(count, corners <= kMostCorners ? 1 : 0);
+  std::vector<char> exact(count, corners <= kMaxCorners ? 1 : 0);
   tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
     const MeshInstance& instance = instanced.instances[i];
     boxes[i] = exact[i] != 0 ? exact_box(scene, instance) : quick_box(instance, instanced.meshes[instance.mesh]);

@@ -36,8 +36,8 @@ struct LightCounts {
   [[nodiscard]] bool is_one() const { return count() <= 1; }
   /// True if a choice for each shading point is worth its time. Of one small lamp every part is as
   /// good as another.
-  [[nodiscard]] bool wants_tree() const { return places() >= 4 && placed <= kMostInTree && !together; }
-  static constexpr std::uint64_t kMostInTree = std::uint64_t{1} << (32 - EK_TRIANGLE_LIGHT_SHIFT);
+  [[nodiscard]] bool wants_tree() const { return places() >= 4 && placed <= kMaxInTree && !together; }
+  static constexpr std::uint64_t kMaxInTree = std::uint64_t{1} << (32 - EK_TRIANGLE_LIGHT_SHIFT);
 };
 LightCounts count_lights(const Scene& scene, const Settings& settings);
 

@@ -18,9 +18,9 @@ namespace eikon {
 namespace {
 
 constexpr int kBins = 16;
-constexpr double kLeastShare = 0x1p-20;       // the least share of a side in a node's power
-constexpr double kLeastVariance = 0x1p-40;    // in the nodes' unit; it keeps estimates within the range of floats
-constexpr std::uint32_t kLeastOfTask = 1024;  // lights of a side that is worth a task of its own
+constexpr double kMinShare = 0x1p-20;       // the least share of a side in a node's power
+constexpr double kMinVariance = 0x1p-40;    // in the nodes' unit; it keeps estimates within the range of floats
+constexpr std::uint32_t kMinOfTask = 1024;  // lights of a side that is worth a task of its own
 
 /// Sums of moments over lights.
 struct Sum {
@@ -193,7 +193,7 @@ class Builder {
     Sum of_left, of_right;
     const auto do_left = [&] { of_left = node(left, place + 1, depth + 1); };
     const auto do_right = [&] { of_right = node(right, place + left.count(), depth + 1); };
-    if (std::min(left.count(), right.count()) >= kLeastOfTask) {
+    if (std::min(left.count(), right.count()) >= kMinOfTask) {
       tbb::parallel_invoke(do_left, do_right);
     } else {
       do_left();
@@ -208,13 +208,13 @@ class Builder {
     LightNode n{};
     const glm::dvec3 left = a.centroid + center_, right = b.centroid + center_;
     n.left_centroid_x = float(left.x), n.left_centroid_y = float(left.y), n.left_centroid_z = float(left.z);
-    n.left_variance = float(std::max(a.variance, kLeastVariance));
+    n.left_variance = float(std::max(a.variance, kMinVariance));
     n.left_mean_direction_x = float(a.mean_direction.x);
     n.left_mean_direction_y = float(a.mean_direction.y);
     n.left_mean_direction_z = float(a.mean_direction.z);
-    n.left_share = float(std::clamp(a.power / (a.power + b.power), kLeastShare, 1 - kLeastShare));
+    n.left_share = float(std::clamp(a.power / (a.power + b.power), kMinShare, 1 - kMinShare));
     n.right_centroid_x = float(right.x), n.right_centroid_y = float(right.y), n.right_centroid_z = float(right.z);
-    n.right_variance = float(std::max(b.variance, kLeastVariance));
+    n.right_variance = float(std::max(b.variance, kMinVariance));
     n.right_mean_direction_x = float(b.mean_direction.x);
     n.right_mean_direction_y = float(b.mean_direction.y);
     n.right_mean_direction_z = float(b.mean_direction.z);

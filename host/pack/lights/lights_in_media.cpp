@@ -11,7 +11,7 @@
 namespace eikon {
 namespace {
 
-constexpr std::uint64_t kMostRecords = 1U << 28;  // triangles and shapes that are looked at for all lights together
+constexpr std::uint64_t kMaxRecords = 1U << 28;  // triangles and shapes that are looked at for all lights together
 
 std::array<glm::dvec3, 3> reals_of(const Triangle& t) {
   const auto [p0, p1, p2] = corners_of(t);
@@ -65,7 +65,7 @@ bool LightsInMedia::is_solid(std::uint32_t material) const {
 
 bool LightsInMedia::has_time() {
   looked_at_ += packed_.triangles.size();
-  return looked_at_ <= kMostRecords;
+  return looked_at_ <= kMaxRecords;
 }
 
 bool LightsInMedia::holds(const glm::dvec3& place) {

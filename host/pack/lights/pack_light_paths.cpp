@@ -16,7 +16,7 @@ namespace eikon {
 namespace {
 
 constexpr double kSmoothRoughness = 0.011;  // whose square is below EK_SMOOTH_ALPHA of kernels/bsdf/microfacet.h
-constexpr float kMostRoughness = 0.5F, kLeastSpecularShare = 0.5F;  // of glossy targets
+constexpr float kMaxRoughness = 0.5F, kMinSpecularShare = 0.5F;  // of glossy targets
 // Texels this many times as bright as the mean are small lights, if together they bring at least
 // that share of the light.
 constexpr double kSmallLightContrast = 64, kSmallLightShare = 1.0 / 16;
@@ -190,10 +190,10 @@ bool is_specular_light_target(const Material& material) {
 }
 
 bool is_glossy_light_target(const Material& material) {
-  if (material.unlit || !(material.roughness > kSmoothRoughness && material.roughness <= kMostRoughness)) return false;
+  if (material.unlit || !(material.roughness > kSmoothRoughness && material.roughness <= kMaxRoughness)) return false;
   return has_trait(material, EK_TRAIT_METAL) ||
-         (has_trait(material, EK_TRAIT_METALLIC) && material.metallic >= kLeastSpecularShare) ||
-         (has_trait(material, EK_TRAIT_TRANSMITS) && material.transmission >= kLeastSpecularShare);
+         (has_trait(material, EK_TRAIT_METALLIC) && material.metallic >= kMinSpecularShare) ||
+         (has_trait(material, EK_TRAIT_TRANSMITS) && material.transmission >= kMinSpecularShare);
 }
 
 bool is_light_target(const Material& material) {

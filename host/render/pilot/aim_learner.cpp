@@ -9,7 +9,7 @@ namespace eikon {
 namespace {
 
 constexpr std::size_t kRows = EK_GUIDE_ROWS;
-constexpr double kLeastWeight = 0.25;  // of a target over the mean: it may lead to light that the trial has not met
+constexpr double kMinWeight = 0.25;  // of a target over the mean: it may lead to light that the trial has not met
 
 /// Squares of a target's bins, each with its neighbours', as the trial has met few starts of each.
 std::array<double, EK_GUIDE_BINS> blurred(std::span<const double> squares) {
@@ -67,7 +67,7 @@ LightAim AimLearner::learned_from(const Squares& squares) const {
     const double sum = all_roots[i % kAimKinds];
     if (!(sum > 0) || !(shares_[i] > 0)) continue;
     const double weight = roots[i] / sum * all_shares[i % kAimKinds] / shares_[i];
-    targets[i].weight = kLeastWeight + (1 - kLeastWeight) * weight;
+    targets[i].weight = kMinWeight + (1 - kMinWeight) * weight;
   }
   LightAim aim = make_light_aim(targets, {1, 1});
   std::array<double, kAimKinds> plain{}, denser{};

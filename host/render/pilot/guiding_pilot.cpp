@@ -26,11 +26,11 @@ constexpr std::uint64_t kAllRoundsAndTrial = std::accumulate(kRounds.begin(), kR
 // At the first vertex roulette saves next to nothing, and adds noise to direct light.
 constexpr std::uint32_t kRouletteDepth = 2;
 constexpr double kCellsPerHeight = 16;  // smallest cells across the picture at the usual distance
-constexpr double kLeastGain = 1.25;  // a guided vertex costs about so many times another one (kernels/guide/README.md)
+constexpr double kMinGain = 1.25;  // a guided vertex costs about so many times another one (kernels/guide/README.md)
 // The pilot gives up after a round, if the gains that its samples and those of the round before
 // show are less than this. They are noisy, and grow from round to round (kernels/guide/README.md).
-constexpr std::array<double, kRounds.size()> kLeastHopeOfRound = {0, 0, 0, 1, 1.1, 0};
-constexpr std::uint64_t kLeastPathsToGiveUp = 1U << 17;  // smaller pilots show too little in their rounds
+constexpr std::array<double, kRounds.size()> kMinHopeOfRound = {0, 0, 0, 1, 1.1, 0};
+constexpr std::uint64_t kMinPathsToGiveUp = 1U << 17;  // smaller pilots show too little in their rounds
 // After this round the pilot also gives up if lamps light the surfaces, and these light no others.
 constexpr std::size_t kRoundOfDirectLight = 1;
 
@@ -222,7 +222,7 @@ class GuidingPilot {
     }
     const double before = std::exchange(gain_of_round_, gain(rounds_, 0, 1, sample_variance));
     const double hope = std::max(before, gain_of_round_);
-    if (wanted_paths_ < kLeastPathsToGiveUp || hope >= kLeastHopeOfRound[round]) return false;
+    if (wanted_paths_ < kMinPathsToGiveUp || hope >= kMinHopeOfRound[round]) return false;
     report(learner.table(), hope, pilot);
     return true;
   }
@@ -235,7 +235,7 @@ class GuidingPilot {
 
   void decide(GuideTable table, const BothWays& both, Guiding guiding, Pilot& pilot) const {
     report(table, least_gain(both), pilot);
-    if (guiding != Guiding::on && pilot.report.guiding_gain < kLeastGain) return;
+    if (guiding != Guiding::on && pilot.report.guiding_gain < kMinGain) return;
     table.roulette_depth = pilot.report.roulette_depth = kRouletteDepth;
     pilot.report.guiding_digest = table.digest();
     pilot.table = std::make_shared<const GuideTable>(std::move(table));

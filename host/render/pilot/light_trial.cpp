@@ -26,14 +26,14 @@ constexpr double kLightRay = 2;          // a ray of a light path takes about tw
 /// must know for that.
 constexpr double kSharing = 1.04;
 /// Camera paths of so few samples may have missed what makes most of their error.
-constexpr double kLeastCameraError = 0.1;
+constexpr double kMinCameraError = 0.1;
 
 constexpr std::size_t kUsualRatio = 3;  // of kLightPathRatios: starts that are learned for it are good for others, too
 /// The least gain by learned starts with which it is tried whether they pay.
-constexpr double kLeastAimGain = 1.2;
-constexpr double kLeastHope = 0.98;  // of error times cost, if light paths have that gain, over that with even starts
+constexpr double kMinAimGain = 1.2;
+constexpr double kMinHope = 0.98;  // of error times cost, if light paths have that gain, over that with even starts
 
-static_assert(kMostPilotPixels <= EK_SPLAT_NAMED_SIDE && EK_AIM_STARTS <= 1U << 14, "splats cannot name starts");
+static_assert(kMaxPilotPixels <= EK_SPLAT_NAMED_SIDE && EK_AIM_STARTS <= 1U << 14, "splats cannot name starts");
 
 constexpr std::size_t kRatios = kLightPathRatios.size();
 using Moments = std::array<double, kRatios>;
@@ -111,7 +111,7 @@ class TrialSums {
       for (std::size_t k = 0; k < kRatios; ++k)
         if (shared_[i][k] > 0) trial.shared_error[k] += shared_[i][k] / (samples * scale);
     }
-    trial.camera_error = std::max(trial.camera_error - of_camera, kLeastCameraError * trial.camera_error);
+    trial.camera_error = std::max(trial.camera_error - of_camera, kMinCameraError * trial.camera_error);
     return trial;
   }
   /// Has learned from the splats once result() has been called.
@@ -192,7 +192,7 @@ double light_path_gain(const LightTrial& trial, std::size_t ratio) {
 Settings light_trial_settings(const Settings& settings) {
   Settings all = settings;
   all.light_path_count = light_paths_of_ratio(settings, kTrialRatio);
-  return pilot_picture_settings(all, kMostPilotPixels);
+  return pilot_picture_settings(all, kMaxPilotPixels);
 }
 
 std::uint64_t paths_of_light_trial(const Settings& settings) {
@@ -224,8 +224,8 @@ LightTrialResult run_light_trial(PilotPicture& picture, const PackedScene& scene
   LightTrial hoped = even;
   for (std::size_t i = 1; i < kRatios; ++i) hoped.shared_error[i] /= gain_of_light;
   // Photons of merging light what the camera sees otherwise, of which splats tell nothing.
-  if (settings.merges_caustics || !(gain_of_light > kLeastAimGain) ||
-      !(least_error_times_cost(hoped) < kLeastHope * error_times_cost_of_even))
+  if (settings.merges_caustics || !(gain_of_light > kMinAimGain) ||
+      !(least_error_times_cost(hoped) < kMinHope * error_times_cost_of_even))
     return {even, nullptr, 0};
 
   const auto aim = std::make_shared<const LightAim>(learner.result());

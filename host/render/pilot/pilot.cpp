@@ -14,10 +14,10 @@ namespace eikon {
 namespace {
 
 // Smaller images have no pilot unless guiding is on or only light paths find some light.
-constexpr std::uint64_t kLeastPixels = 1U << 14;
-constexpr std::uint64_t kLeastPaths = 1U << 15;
+constexpr std::uint64_t kMinPixels = 1U << 14;
+constexpr std::uint64_t kMinPaths = 1U << 15;
 constexpr std::uint64_t kPathsPerPixel = 2;  // a thirty-second of the usual 64 samples
-constexpr std::uint64_t kLeastTrialPaths = 1U << 14, kMostTrialPaths = 1U << 16;
+constexpr std::uint64_t kMinTrialPaths = 1U << 14, kMaxTrialPaths = 1U << 16;
 
 std::uint64_t pixels_of(const Settings& settings) { return std::uint64_t{settings.width} * settings.height; }
 
@@ -48,13 +48,13 @@ std::uint64_t usual_pilot_paths(const Settings& settings) {
   if (settings.guiding == Guiding::off || settings.integrator != Integrator::path || settings.roulette_survival > 0 ||
       settings.light_samples > 1 || settings.light_sampling == LightSampling::hemisphere)
     return 0;
-  if (pixels_of(settings) < kLeastPixels && settings.guiding != Guiding::on) return 0;
-  return std::bit_floor(std::clamp(kPathsPerPixel * pixels_of(settings), kLeastPaths, kMostPilotPaths));
+  if (pixels_of(settings) < kMinPixels && settings.guiding != Guiding::on) return 0;
+  return std::bit_floor(std::clamp(kPathsPerPixel * pixels_of(settings), kMinPaths, kMaxPilotPaths));
 }
 
 std::uint64_t usual_light_trial_paths(const Settings& settings, bool light_paths_needed) {
-  if (pixels_of(settings) < kLeastPixels && !light_paths_needed) return 0;
-  return std::bit_floor(std::clamp(pixels_of(settings) / 2, kLeastTrialPaths, kMostTrialPaths));
+  if (pixels_of(settings) < kMinPixels && !light_paths_needed) return 0;
+  return std::bit_floor(std::clamp(pixels_of(settings) / 2, kMinTrialPaths, kMaxTrialPaths));
 }
 
 bool wants_pilot(const Features& features, const Settings& settings) {

@@ -46,9 +46,9 @@ struct Pilot {
 };
 
 /// The most paths from which a table is learned.
-inline constexpr std::uint64_t kMostPilotPaths = 1U << 19;
+inline constexpr std::uint64_t kMaxPilotPaths = 1U << 19;
 /// The most paths of a unit of a pilot. It bounds the memory of their logs.
-inline constexpr std::uint32_t kMostPilotUnitPaths = 1U << 17;
+inline constexpr std::uint32_t kMaxPilotUnitPaths = 1U << 17;
 
 /// The number of paths of the pilot of an image, for Settings::pilot_paths; 0: it has none, because
 /// it would not pay. It follows from the size of the picture and not from the number of samples: a

@@ -26,8 +26,8 @@ constexpr std::string_view kName = "eikon pilot ";
 constexpr std::string_view kFirstLine = "eikon pilot 3\n";
 constexpr std::string_view kSetting = "setting ";
 constexpr std::array<const char*, kAimKinds> kAimDensityFactor = {"gain of cones", "gain of discs"};  // in the file
-constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 30;
-constexpr std::size_t kMostWords = kMostBytes / sizeof(std::uint32_t);
+constexpr std::uint64_t kMaxBytes = std::uint64_t{1} << 30;
+constexpr std::size_t kMaxWords = kMaxBytes / sizeof(std::uint32_t);
 
 std::uint64_t hash_of(std::string_view bytes) {
   return xxhash64(std::as_bytes(std::span(bytes.data(), bytes.size())), 0);
@@ -79,7 +79,7 @@ Pilot pilot_of(const Figures& figures, std::string_view table_bytes) {
   report.loaded = true;
   report.arithmetic = figures.text("arithmetic");
   report.guiding_paths = figures.number<std::uint64_t>("paths", std::numeric_limits<std::uint64_t>::max());
-  report.guiding_cells = figures.number<std::uint64_t>("cells", kMostWords);
+  report.guiding_cells = figures.number<std::uint64_t>("cells", kMaxWords);
   report.guiding_gain = figures.number<double>("gain", kAny);
   report.roulette_depth = figures.number<std::uint32_t>("roulette depth", 2);
   report.light_trial_paths = figures.number<std::uint64_t>("paths of the trial of light paths", std::uint64_t{1} << 48);
@@ -89,7 +89,7 @@ Pilot pilot_of(const Figures& figures, std::string_view table_bytes) {
   LightAim aim;
   for (std::size_t kind = 0; kind < aim.density_factor.size(); ++kind)
     aim.density_factor[kind] = figures.number<float>(kAimDensityFactor[kind], std::numeric_limits<float>::max());
-  aim.words = take(table_bytes, figures.number<std::size_t>("words of aim", kMostWords));
+  aim.words = take(table_bytes, figures.number<std::size_t>("words of aim", kMaxWords));
   if (!aim.words.empty()) {
     if (!aim.is_sound()) refuse_damaged();
     pilot.light_aim = std::make_shared<const LightAim>(std::move(aim));
@@ -97,8 +97,8 @@ Pilot pilot_of(const Figures& figures, std::string_view table_bytes) {
   GuideTable table;
   table.roulette_depth = report.roulette_depth;
   table.scale = figures.number<float>("scale", std::numeric_limits<float>::max());
-  table.slots = take(table_bytes, figures.number<std::size_t>("words of slots", kMostWords));
-  table.cells = take(table_bytes, figures.number<std::size_t>("words of cells", kMostWords));
+  table.slots = take(table_bytes, figures.number<std::size_t>("words of slots", kMaxWords));
+  table.cells = take(table_bytes, figures.number<std::size_t>("words of cells", kMaxWords));
   if (!table_bytes.empty()) refuse_damaged();
   if (report.roulette_depth == 0) return pilot;
   if (!table.is_sound()) refuse_damaged();
@@ -183,7 +183,7 @@ void write_pilot(const std::filesystem::path& file, const Pilot& pilot, const st
 
 Pilot read_pilot(const std::filesystem::path& file, const std::vector<ImageSetting>& settings) {
   try {
-    const Bytes bytes = read_regular_file(file, kMostBytes);
+    const Bytes bytes = read_regular_file(file, kMaxBytes);
     return parse_pilot({reinterpret_cast<const char*>(bytes.data.get()), bytes.size}, settings);
   } catch (const InputError& error) {
     throw InputError(

@@ -15,7 +15,7 @@ namespace {
 /// lacks the memory. throws DeviceError if it lacks the memory for the smallest units, too
 Execution with_unit_paths(const PilotContext& context, const Settings& settings, std::uint64_t largest) {
   const DeviceInfo& info = context.device->info();
-  const auto most_paths = std::uint32_t(std::min<std::uint64_t>(std::bit_ceil(largest), kMostPilotUnitPaths));
+  const auto most_paths = std::uint32_t(std::min<std::uint64_t>(std::bit_ceil(largest), kMaxPilotUnitPaths));
   Execution execution =
       fit_units(*context.scene, info, context.features, settings, context.execution, {.most_paths = most_paths});
   require_memory(memory_need(*context.scene, configure(info, execution), context.features, settings), info, execution);
@@ -26,9 +26,9 @@ Execution with_unit_paths(const PilotContext& context, const Settings& settings,
 
 Settings pilot_picture_settings(const Settings& settings, double pixels) {
   Settings picture = settings;
-  pixels = std::clamp(pixels, 1.0, double(kMostPilotPixels));
+  pixels = std::clamp(pixels, 1.0, double(kMaxPilotPixels));
   const double aspect = double(settings.width) / double(settings.height);
-  const auto side = [](double x) { return std::uint32_t(std::clamp(std::round(x), 1.0, double(kMostPilotPixels))); };
+  const auto side = [](double x) { return std::uint32_t(std::clamp(std::round(x), 1.0, double(kMaxPilotPixels))); };
   picture.height = side(std::sqrt(pixels / aspect));
   picture.width = side(pixels / picture.height);
   picture.crop = {0, 0, picture.width, picture.height};

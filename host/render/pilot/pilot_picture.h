@@ -14,7 +14,7 @@ namespace eikon {
 
 /// A pilot's picture has at most so many pixels, of which each is a block of the image: errors are
 /// measured in them.
-inline constexpr std::uint32_t kMostPilotPixels = 512;
+inline constexpr std::uint32_t kMaxPilotPixels = 512;
 
 /// The settings of a picture of about so many pixels that shows the whole image, with as many light
 /// paths for each pixel as the image has.

@@ -42,7 +42,7 @@ class PilotWork : public PilotSteps {
         since_s_(host_seconds()),
         polled_s_(since_s_) {
     if (shrink == 0) return;
-    const std::uint32_t most_paths = shrunk_unit(kMostPilotUnitPaths, shrink);
+    const std::uint32_t most_paths = shrunk_unit(kMaxPilotUnitPaths, shrink);
     execution_.unit_paths = execution_.unit_paths == 0 ? most_paths : std::min(execution_.unit_paths, most_paths);
   }
 

@@ -13,7 +13,7 @@
 namespace eikon {
 
 /// The longest scene file that a page may send, in bytes.
-inline constexpr std::uint64_t kMostDropped = std::uint64_t{256} << 20;
+inline constexpr std::uint64_t kMaxDropped = std::uint64_t{256} << 20;
 
 /// Scene files that a page has sent, in a folder of their own that is removed at the end. The last
 /// one is kept, and those before it until somebody says that they are not read any more.

@@ -21,15 +21,15 @@ namespace eikon {
 namespace {
 
 constexpr std::size_t kLongestMessage = 4096;  // bytes of stderr that are kept, from its end
-constexpr int kMostNames = 10000;
+constexpr int kMaxNames = 10000;
 
 /// "NAME-1" for the first number such that neither NAME-1.exr nor NAME-1.png exists.
 std::string free_name(const std::string& name) {
-  for (int number = 1; number < kMostNames; ++number) {
+  for (int number = 1; number < kMaxNames; ++number) {
     const std::string stem = fmt::format("{}-{}", name, number);
     if (!std::filesystem::exists(stem + ".exr") && !std::filesystem::exists(stem + ".png")) return stem;
   }
-  throw InputError(fmt::format("{}-N.exr: every number up to {} has such a file; move some away", name, kMostNames));
+  throw InputError(fmt::format("{}-N.exr: every number up to {} has such a file; move some away", name, kMaxNames));
 }
 
 /// Appends what can be read, up to `most` bytes from the end. False at the end of the file.

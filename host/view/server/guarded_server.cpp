@@ -16,8 +16,8 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 
 constexpr std::size_t kThreads = 32;             // each serves a connection
-constexpr std::size_t kMostRequest = 128 << 10;  // bytes, with headers
-constexpr int kMostPerConnection = 1000;         // requests
+constexpr std::size_t kMaxRequest = 128 << 10;   // bytes, with headers
+constexpr int kMaxPerConnection = 1000;          // requests
 constexpr seconds kIdle(3);                      // between two requests
 constexpr seconds kRequestTime(10), kAnswerTime(60);
 // A slow link may take long for a large file, so it is its silence that ends it; but nobody holds a
@@ -51,7 +51,7 @@ bool GuardedStream::wait_for_bytes(Clock::time_point until) const {
 bool GuardedStream::wait_for_request() {
   const bool comes = wait_for_bytes(Clock::now() + kIdle);
   received_ = end_ - at_;
-  most_ = kMostRequest;
+  most_ = kMaxRequest;
   answers_ = false;
   until_ = Clock::now() + kRequestTime;
   silence_ = kRequestTime;
@@ -97,7 +97,7 @@ GuardedServer::GuardedServer() {
   set_tcp_nodelay(true);
   // The library only writes these into its answers; process_and_close_socket() keeps to them.
   set_keep_alive_timeout(kIdle.count());
-  set_keep_alive_max_count(kMostPerConnection);
+  set_keep_alive_max_count(kMaxPerConnection);
 }
 
 void GuardedServer::admit(std::size_t bytes) {
@@ -107,7 +107,7 @@ void GuardedServer::admit(std::size_t bytes) {
 bool GuardedServer::process_and_close_socket(socket_t socket) {
   GuardedStream stream(socket, ending_);
   served = &stream;
-  for (int left = kMostPerConnection; left > 0 && stream.wait_for_request(); --left) {
+  for (int left = kMaxPerConnection; left > 0 && stream.wait_for_request(); --left) {
     bool closed = false;
     if (!process_request(stream, left == 1, closed, nullptr) || closed) break;
   }

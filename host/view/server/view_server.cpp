@@ -19,7 +19,7 @@
 namespace eikon {
 namespace {
 
-constexpr std::size_t kMostPayload = 64 << 10;  // bytes of a request's body
+constexpr std::size_t kMaxPayload = 64 << 10;  // bytes of a request's body
 constexpr const char* kDrop = "/api/drop";
 constexpr double kNews_s = 1;
 
@@ -90,7 +90,7 @@ std::string unwanted(const httplib::Request& request) {
   const std::string length = request.get_header_value("Content-Length");
   // Without its length, a file whose connection is cut looks whole.
   if (request.path == kDrop && length.empty()) return "view: a dropped file comes with its Content-Length";
-  const std::uint64_t most = request.path == kDrop ? kMostDropped : kMostPayload;
+  const std::uint64_t most = request.path == kDrop ? kMaxDropped : kMaxPayload;
   if (!length.empty() && number_in<std::uint64_t>(length).value_or(most + 1) > most)
     return fmt::format("view: a request has at most {} bytes here", most);
   return "";
@@ -112,7 +112,7 @@ struct ViewServer::Http {
 ViewServer::ViewServer(ViewSession& session, int port)
     : session_(session), token_(random_token()), port_(port), http_(std::make_unique<Http>()) {
   httplib::Server& server = http_->server;
-  server.set_payload_max_length(kMostDropped);
+  server.set_payload_max_length(kMaxDropped);
   guard();
   add_handlers();
   const bool bound =
@@ -149,7 +149,7 @@ void ViewServer::guard() {
     else if (!problem.empty())
       refuse(response, 400, problem);
     else {
-      if (request.path == kDrop) GuardedServer::admit(kMostDropped);
+      if (request.path == kDrop) GuardedServer::admit(kMaxDropped);
       return httplib::Server::HandlerResponse::Unhandled;
     }
     return httplib::Server::HandlerResponse::Handled;
@@ -181,7 +181,7 @@ void ViewServer::add_handlers() {
   });
   server.Get("/api/path", [this](const httplib::Request& request, httplib::Response& response) {
     const std::uint64_t x = number_parameter(request, "x"), y = number_parameter(request, "y");
-    if (x > kMostViewSide || y > kMostViewSide) throw UsageError("view: no such pixel");
+    if (x > kMaxViewSide || y > kMaxViewSide) throw UsageError("view: no such pixel");
     const std::uint64_t sample = number_parameter(request, "sample");
     if (sample >> 32U != 0) throw UsageError("view: no such sample");
     response.set_content(session_.path({std::uint32_t(x), std::uint32_t(y), sample}).dump(), "application/json");

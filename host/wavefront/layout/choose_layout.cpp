@@ -13,10 +13,10 @@
 namespace eikon {
 namespace {
 
-constexpr double kLeastGain = 1.03;        // runs of the same kernel differ by about this
+constexpr double kMinGain = 1.03;          // runs of the same kernel differ by about this
 constexpr double kGpuRaysPerSecond = 3e8;  // of a medium GPU; a guess, as none could be measured
-constexpr double kLeastSeconds = 20;       // of a render that is probed
-constexpr double kLeastShare = 10;         // of a render that is probed, in lengths of the probe
+constexpr double kMinSeconds = 20;         // of a render that is probed
+constexpr double kMinShare = 10;           // of a render that is probed, in lengths of the probe
 constexpr double kCompileSeconds = 1, kTrianglesPerSecond = 1e6;          // of one more program, and of one more tree
 constexpr std::uint32_t kChunkedRays = 1U << 16, kQueuedRays = 1U << 18;  // of each kind: milliseconds of work
 constexpr int kRounds = 3;
@@ -54,7 +54,7 @@ std::vector<std::string> candidates_for(std::uint32_t lanes) {
 bool probe_pays(std::size_t candidates, std::size_t triangles, double rays) {
   const double seconds = rays / kGpuRaysPerSecond;
   const double cost = double(candidates) * (kCompileSeconds + double(triangles) / kTrianglesPerSecond);
-  return seconds >= kLeastSeconds && seconds >= kLeastShare * cost;
+  return seconds >= kMinSeconds && seconds >= kMinShare * cost;
 }
 
 }  // namespace
@@ -83,7 +83,7 @@ LayoutChoice fastest_layout(std::vector<LayoutRate> rates, const std::string& us
   if (rates.empty()) return choice;
   const auto fastest = std::ranges::max_element(rates, {}, &LayoutRate::mrays_per_s);
   const auto known = std::ranges::find(rates, usual, &LayoutRate::layout);
-  const bool gains = known == rates.end() || fastest->mrays_per_s > kLeastGain * known->mrays_per_s;
+  const bool gains = known == rates.end() || fastest->mrays_per_s > kMinGain * known->mrays_per_s;
   if (gains) choice.layout = fastest->layout;
   choice.why = "measured, Mrays/s:";
   for (const LayoutRate& rate : rates) choice.why += fmt::format(" {} {:.1f}", rate.layout, rate.mrays_per_s);

@@ -15,11 +15,11 @@
 namespace eikon {
 namespace {
 
-constexpr std::uint64_t kLeastPaths = 1U << 6;  // of a map
+constexpr std::uint64_t kMinPaths = 1U << 6;  // of a map
 // All maps of a generation have at most so many together, so that they take little memory and are
 // made long before the watchdog's time is over.
-constexpr std::uint64_t kMostPaths = 1U << 18;
-constexpr std::uint64_t kLeastRatio = 16;  // camera paths for each light path of the maps, at most
+constexpr std::uint64_t kMaxPaths = 1U << 18;
+constexpr std::uint64_t kMinRatio = 16;  // camera paths for each light path of the maps, at most
 constexpr double kAlpha = 2.0 / 3;
 // The memory of maps is estimated by these. Shipped scenes have at most 1.6 photons for each light
 // path. Cells are as wide as the ball of a photon, which therefore reaches two of them along each
@@ -69,9 +69,9 @@ PhotonPlan photon_plan(const Settings& settings) {
   if (!settings.merges_caustics) return {};
   const std::uint64_t pixels = std::uint64_t{settings.width} * settings.height;
   const std::uint64_t replicates = std::uint64_t{1} << settings.replicate_bits;
-  const std::uint64_t of_sample = std::max({settings.light_path_count, pixels / kLeastRatio, std::uint64_t{1}});
-  const std::uint64_t most = kMostPaths / replicates;
-  const std::uint64_t paths = std::bit_floor(std::clamp(pixels, std::min(kLeastPaths, most), most));
+  const std::uint64_t of_sample = std::max({settings.light_path_count, pixels / kMinRatio, std::uint64_t{1}});
+  const std::uint64_t most = kMaxPaths / replicates;
+  const std::uint64_t paths = std::bit_floor(std::clamp(pixels, std::min(kMinPaths, most), most));
   return {paths, replicates * std::bit_ceil((paths + of_sample - 1) / of_sample)};
 }
 

@@ -21,7 +21,7 @@ class DepthPlan {
  public:
   /// So few work-items cost next to nothing, whether or not they have a path.
   static constexpr std::uint64_t kFew = 1U << 16;
-  static constexpr std::uint32_t kMostAtOnce = EK_COUNT_DEPTHS / 2;
+  static constexpr std::uint32_t kMaxAtOnce = EK_COUNT_DEPTHS / 2;
 
   /// The depths to launch next.
   /// paths  of the last depth whose number of paths is known
@@ -29,7 +29,7 @@ class DepthPlan {
   [[nodiscard]] std::uint32_t depths(std::uint64_t paths, std::uint32_t since) const {
     if (paths > kFew) return 1;
     const std::uint32_t from = depths_from_[place(paths)];
-    return std::clamp(from > since ? from - since : 1U, 1U, kMostAtOnce);
+    return std::clamp(from > since ? from - since : 1U, 1U, kMaxAtOnce);
   }
   /// Notes the paths of the next depth of a unit; 0 ends it.
   void add(std::uint64_t paths) {

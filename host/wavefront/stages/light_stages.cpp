@@ -13,13 +13,13 @@
 namespace eikon {
 namespace {
 
-constexpr std::uint64_t kMostPaths = 1U << 16;  // of a part,
+constexpr std::uint64_t kMaxPaths = 1U << 16;   // of a part,
 constexpr std::uint64_t kCapacityShare = 8;     // or this part of those that a device with queues traces at once
 constexpr std::uint32_t kSplatsPerPath = 4;     // that there is room for; rooms with glass have .4 to 1.9
 constexpr std::uint32_t kLikelySplatsPerPath = 2;
 // Numbers of light paths that a part has, on devices with chunks. Each is traced for all samples of
 // the part, so this bounds the paths of parts with fewer than eight samples.
-constexpr std::uint64_t kMostNumbers = 1U << 13;
+constexpr std::uint64_t kMaxNumbers = 1U << 13;
 constexpr float kRange = 0x1p54F;                 // of splats: 2^38 of radiance, and kSplatShift
 static_assert(kSplatShift == 16);
 constexpr std::uint32_t kNoneTaken = 0;
@@ -27,7 +27,7 @@ constexpr std::array<std::uint32_t, SPLATS_COUNTS> kNoSplats{};
 
 std::uint64_t most_paths(const WavefrontConfig& config) {
   const std::uint64_t capacity = config.capacity();
-  return std::min(capacity, config.chunked ? kMostPaths : std::max(kMostPaths, capacity / kCapacityShare));
+  return std::min(capacity, config.chunked ? kMaxPaths : std::max(kMaxPaths, capacity / kCapacityShare));
 }
 std::uint32_t splat_capacity(const WavefrontConfig& config) {
   return kSplatsPerPath * std::uint32_t(most_paths(config)) + EK_PAD;
@@ -55,7 +55,7 @@ LightUnit::Part take_light_part(std::vector<LightUnit::Part>& left, const Wavefr
   // The numbers stand in the buffer for the pixels of a unit. A device that launches each stage
   // waits for each depth of a part, so it gets few large ones.
   const std::uint64_t most_numbers =
-      config.chunked ? std::min<std::uint64_t>(kMostNumbers, config.pixels) : config.pixels;
+      config.chunked ? std::min<std::uint64_t>(kMaxNumbers, config.pixels) : config.pixels;
   const std::uint64_t samples = std::min(part.sample_end - part.sample_begin, most);
   const std::uint64_t numbers =
       std::min(part.end - part.first, std::clamp<std::uint64_t>(most / samples, 1, most_numbers));

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kPoses = 4, kTriangles = 400;
 
-constexpr float kMostOfStep = 0x1.fffff8p-1F;  // of kernels/lanes/pose_step.h
+constexpr float kMaxOfStep = 0x1.fffff8p-1F;  // of kernels/lanes/pose_step.h
 
 /// Two ways in which devices may round where a plane is that goes some way in a step.
 enum class Sum { of_product, contracted };
@@ -167,11 +167,11 @@ TEST(MotionTrees, boxes_between_poses_cut_no_corner_off) {
       const Swarm swarm(far);
       const Accel accel = tree_over_time(swarm, layout);
       std::mt19937 random(9);
-      std::uniform_real_distribution<float> unit(0.0F, kMostOfStep);
+      std::uniform_real_distribution<float> unit(0.0F, kMaxOfStep);
       SwarmWalk walk(swarm, accel);
       for (const Sum sum : {Sum::of_product, Sum::contracted}) {
         for (int i = 0; i < 200; ++i) walk.below(0, {random() % (kPoses - 1), unit(random), sum});
-        for (const float share : {0.0F, kMostOfStep}) walk.below(0, {1, share, sum});
+        for (const float share : {0.0F, kMaxOfStep}) walk.below(0, {1, share, sum});
       }
       EXPECT_EQ(walk.cut, 0U) << layout << far;
       EXPECT_EQ(walk.seen, 404 * swarm.moving_count) << layout << far;
@@ -219,7 +219,7 @@ TEST(MotionTrees, rounding_takes_no_corner_past_its_next_pose) {
       const float c = moved(a, b, share);
       return c < std::min(a, b) || c > std::max(a, b);
     };
-    passed += passes(kMostOfStep) || passes(0.5F * (kMostOfStep + kMostOfStep * unit(random))) ? 1 : 0;
+    passed += passes(kMaxOfStep) || passes(0.5F * (kMaxOfStep + kMaxOfStep * unit(random))) ? 1 : 0;
     passed_at_one += passes(1) ? 1 : 0;
   }
   EXPECT_EQ(passed, 0U);

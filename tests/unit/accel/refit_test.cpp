@@ -140,7 +140,7 @@ TEST(Refit, trees_follow_as_long_as_they_cost_little_more_and_are_built_anew_the
     const Accel followed = memory.tree(TriangleSoup(near), options);
     EXPECT_TRUE(same_words(followed, *refit(built(here, layout), TriangleSoup(near)))) << layout;
     EXPECT_FALSE(same_words(followed, built(near, layout))) << layout;
-    EXPECT_LE(tree_area(followed), kMostRefitCost * tree_area(built(here, layout))) << layout;
+    EXPECT_LE(tree_area(followed), kMaxRefitCost * tree_area(built(here, layout))) << layout;
     EXPECT_TRUE(same_words(memory.tree(TriangleSoup(elsewhere), options), built(elsewhere, layout)))
         << layout << ": the triangles are in another order, which the old tree does not suit";
   }

@@ -134,7 +134,7 @@ TEST(FormulaParse, what_does_not_parse_is_refused_with_its_column) {
   EXPECT_TRUE(contains(refusal([] {
                          std::string text = "x";
                          for (int i = 0; i < 300; ++i) text += fmt::format("*sin({}*x+y)", i + 2);
-                         return text.substr(0, kMostCharacters).substr(0, text.rfind("*sin"));
+                         return text.substr(0, kMaxCharacters).substr(0, text.rfind("*sin"));
                        }()),
                        "too complex"));
 }

@@ -12,7 +12,7 @@ namespace {
 
 TEST(Prepare, the_width_of_a_picture_follows_from_any_aspect) {
   for (const auto& [aspect, width] :
-       {std::pair(2.0, 1440U), std::pair(1e-9, 1U), std::pair(1e6, kMostSide), std::pair(1e30, kMostSide)}) {
+       {std::pair(2.0, 1440U), std::pair(1e-9, 1U), std::pair(1e6, kMaxImageSide), std::pair(1e30, kMaxImageSide)}) {
     auto scene = std::make_shared<Scene>(scene_test::Builder().load());
     scene->cameras.push_back({.name = "wide", .projection = Projection::orthographic, .ymag_m = 1, .aspect = aspect});
     SceneOptions options;

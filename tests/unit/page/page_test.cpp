@@ -66,8 +66,8 @@ Image grey(std::uint32_t width, std::uint32_t height, float value, float varianc
 }
 
 TEST(PagePicture, large_pictures_are_averaged_over_blocks) {
-  const Json picture = page_picture(grey(3 * kMostPageSide - 1, 5, 1, 0));
-  EXPECT_EQ(picture.at("width"), kMostPageSide);
+  const Json picture = page_picture(grey(3 * kMaxPageSide - 1, 5, 1, 0));
+  EXPECT_EQ(picture.at("width"), kMaxPageSide);
   EXPECT_EQ(picture.at("height"), 2);
   EXPECT_EQ(picture.at("reduced"), 3);
 }

@@ -37,8 +37,8 @@ TEST(DepthPlan, counts_of_all_depths_at_once_have_their_places) {
   DepthPlan plan;
   for (int depth = 0; depth < 1000; ++depth) plan.add(7);  // a path between two mirrors
   plan.add(0);
-  EXPECT_EQ(plan.depths(7, 0), DepthPlan::kMostAtOnce);
-  EXPECT_LT(DepthPlan::kMostAtOnce + 1, EK_COUNT_DEPTHS);
+  EXPECT_EQ(plan.depths(7, 0), DepthPlan::kMaxAtOnce);
+  EXPECT_LT(DepthPlan::kMaxAtOnce + 1, EK_COUNT_DEPTHS);
 }
 
 TEST(DepthPlan, a_unit_that_failed_is_forgotten) {

@@ -69,7 +69,7 @@ TEST(ShutterPoses, whole_turns_within_a_step_are_not_taken_for_rest) {
 
 TEST(ShutterPoses, too_fast_a_turn_is_followed_as_well_as_can_be_and_said) {
   const Scene scene = exposed([](double t) { return turning(9, t); });
-  EXPECT_EQ(scene.shutter.steps, kMostShutterSteps);
+  EXPECT_EQ(scene.shutter.steps, kMaxShutterSteps);
   ASSERT_EQ(scene.warnings.size(), 1U);
   EXPECT_TRUE(contains(scene.warnings[0], "--motion-steps auto: 64 steps"));
 }

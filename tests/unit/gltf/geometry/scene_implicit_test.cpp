@@ -74,7 +74,7 @@ TEST(SceneImplicit, all_formulas_together_have_a_largest_number_of_operations) {
   Builder builder = with(sphere());
   const std::size_t of_one = eikon::formula::parse_formula(long_formula(0)).expressions.size(),
                     of_sphere = builder.load().formulas.at(0).expressions.size();
-  const std::size_t fits = (eikon::kMostFormulaNodes - of_sphere) / of_one;
+  const std::size_t fits = (eikon::kMaxFormulaNodes - of_sphere) / of_one;
   for (std::size_t i = 0; i < fits + 1; ++i) {
     Json node = builder.json["nodes"][1];
     node["name"] = "long " + std::to_string(i);
