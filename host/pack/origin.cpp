@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "pack/pack_parts.h"
@@ -58,26 +59,41 @@ Bounds bounds_of(const std::vector<Part>& parts) {
   return bounds;
 }
 
-/// A box around the parts but for those that lie farthest out along an axis, kStrayShare of the
-/// surfaces in all for each axis.
-Bounds bounds_of_most(std::vector<Part> parts) {
-  double surfaces = 0;
-  for (const Part& part : parts) surfaces += part.surfaces;
+/// The range of the parts' middles on an axis, but for those that lie farthest out: kStrayShare of
+/// the surfaces in all.
+std::pair<double, double> range_of_most(const std::vector<Part>& parts, int axis) {
+  struct Middle {
+    double at, surfaces;
+  };
+  std::vector<Middle> middles;
+  middles.reserve(parts.size());
+  double left = 0;
+  for (const Part& part : parts) {
+    middles.push_back({part.center()[axis], part.surfaces});
+    left += kStrayShare * part.surfaces;
+  }
+  std::ranges::sort(middles, {}, &Middle::at);
+  std::size_t first = 0, last = middles.size() - 1;
+  while (first < last) {
+    // The part that is farther from the middle one goes first.
+    const double median = middles[(first + last) / 2].at;
+    const bool is_low = median - middles[first].at > middles[last].at - median;
+    left -= middles[is_low ? first : last].surfaces;
+    if (left < 0) break;
+    is_low ? ++first : --last;
+  }
+  return {middles[first].at, middles[last].at};
+}
+
+/// A box around the parts but for those that lie farthest out along an axis.
+Bounds bounds_of_most(const std::vector<Part>& parts) {
   Bounds most;
   for (int axis = 0; axis < 3; ++axis) {
-    std::ranges::sort(parts, {}, [&](const Part& part) { return part.center()[axis]; });
-    std::size_t first = 0, last = parts.size() - 1;
-    for (double left = kStrayShare * surfaces; first < last;) {
-      // The part that is farther from the middle one goes first.
-      const double middle = parts[(first + last) / 2].center()[axis];
-      const bool is_low = middle - parts[first].center()[axis] > parts[last].center()[axis] - middle;
-      left -= parts[is_low ? first : last].surfaces;
-      if (left < 0) break;
-      is_low ? ++first : --last;
-    }
-    for (std::size_t i = first; i <= last; ++i) {
-      most.lo[axis] = std::min(most.lo[axis], parts[i].bounds.lo[axis]);
-      most.hi[axis] = std::max(most.hi[axis], parts[i].bounds.hi[axis]);
+    const auto [first, last] = range_of_most(parts, axis);
+    for (const Part& part : parts) {
+      if (part.center()[axis] < first || part.center()[axis] > last) continue;
+      most.lo[axis] = std::min(most.lo[axis], part.bounds.lo[axis]);
+      most.hi[axis] = std::max(most.hi[axis], part.bounds.hi[axis]);
     }
   }
   return most;
@@ -115,12 +131,12 @@ std::shared_ptr<const Scene> moved(const Scene& scene, const glm::dvec3& by) {
 }  // namespace
 
 glm::dvec3 origin_of(const Scene& scene, std::span<const glm::dvec3> more) {
-  std::vector<Part> parts = parts_of(scene);
+  const std::vector<Part> parts = parts_of(scene);
   Bounds bounds = bounds_of(parts);
   for (const glm::dvec3& point : more) grow(bounds, point);
   if (bounds.empty()) return glm::dvec3(0);
   if (!is_far(bounds) && parts.size() > 1) {
-    bounds = bounds_of_most(std::move(parts));
+    bounds = bounds_of_most(parts);
     for (const glm::dvec3& point : more) grow(bounds, point);
     if (!is_seen_from_near(bounds, scene)) return glm::dvec3(0);
   }
