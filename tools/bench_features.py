@@ -187,7 +187,8 @@ def features():
 def render(options, scene, flags, folder, spp):
     """(ns per sample, rays per sample, the device) of one render; with --cpu (ns of processor time, ...) of all samples."""
     stats = folder / "stats.json"
-    command = [options.eikon, "render", scene, "-o", folder / "out.exr", "--size", options.size, "--spp", spp, "--max-depth", "4", "--stats", str(stats), "--quiet", *flags]
+    command = [options.eikon, "render", scene, "-o", folder / "out.exr", "--size", options.size, "--spp", spp, "--max-depth", "4",
+               "--stats", stats, "--quiet", *flags]
     if "merge" not in flags:  # which --strict does not allow, because it has a bias
         command.append("--strict")
     if options.devices:

@@ -14,8 +14,9 @@
 namespace eikon {
 namespace {
 
-constexpr std::string_view kPictureExtensions[] = {".exr", ".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp",
-                                                   ".hdr", ".pfm", ".tga", ".webp", ".gif", ".ppm"};
+constexpr std::string_view kPictureExtensions[] = {".avif", ".bmp", ".dpx",  ".exr", ".gif",  ".hdr",
+                                                   ".heic", ".jp2", ".jpeg", ".jpg", ".jxl",  ".pfm",
+                                                   ".png",  ".ppm", ".tga",  ".tif", ".tiff", ".webp"};
 
 std::optional<double> real(const std::string& text) {
   const auto value = number_in<double>(text);
@@ -79,9 +80,10 @@ std::string parse_picture(const std::string& flag, const std::string& text, cons
   std::ranges::transform(ending, ending.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c; });
   const bool is_other = std::ranges::find(kPictureExtensions, ending) != std::end(kPictureExtensions);
   if (is_other && ending != extension)
-    throw UsageError(fmt::format("{} {}: it writes a file of the format {}, so call it {}{}", flag, text, extension,
-                                 std::filesystem::path(file).replace_extension(extension).string(),
-                                 extension == ".exr" ? "; --png FILE writes an 8-bit picture" : ""));
+    throw UsageError(
+        fmt::format("{} {}: it writes a file of the format {}, so call it {}{}", flag, text, extension,
+                    std::filesystem::path(file).replace_extension(extension).string(),
+                    extension == ".exr" ? "; --png FILE writes an 8-bit picture" : ""));
   return text;
 }
 

@@ -27,7 +27,7 @@ std::uint64_t parse_unsigned(const std::string& flag, const std::string& text, s
 std::uint64_t parse_size_bytes(const std::string& flag, const std::string& text);
 
 /// Reads the name of a picture to write, whose format is that of `extension`: ".exr" or ".png". One
-/// that ends as pictures of another format do is refused, because viewers go by the name.
+/// that ends as pictures of another common format do is refused, because viewers go by the name.
 std::string parse_picture(const std::string& flag, const std::string& text, const std::string& extension);
 
 template <class Number>

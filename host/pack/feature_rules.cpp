@@ -114,9 +114,9 @@ Need energy_compensation(const SceneFacts& facts) {
 }
 
 Need open_solid(const SceneFacts& facts) {
-  const SolidOpenings openings(facts.scene);
-  if (!openings.any(facts.scene)) return {false, "no solid has an opening"};
-  return if_some_material(facts, "no solid has an opening", may_have_openings);
+  const std::optional<std::uint32_t> found = SolidOpenings(facts.scene).first_material(facts.scene);
+  if (!found) return {false, "no solid has an opening"};
+  return {true, fmt::format("material '{}'", facts.scene.materials[*found].name)};
 }
 
 Need culling(const SceneFacts& facts) {

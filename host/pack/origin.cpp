@@ -67,22 +67,27 @@ std::pair<double, double> range_of_most(const std::vector<Part>& parts, int axis
   };
   std::vector<Middle> middles;
   middles.reserve(parts.size());
-  double left = 0;
+  double surfaces = 0;
   for (const Part& part : parts) {
     middles.push_back({part.center()[axis], part.surfaces});
-    left += kStrayShare * part.surfaces;
+    surfaces += part.surfaces;
   }
   std::ranges::sort(middles, {}, &Middle::at);
+  std::size_t median = 0;
+  for (double below = middles[0].surfaces; below < 0.5 * surfaces && median + 1 < middles.size();)
+    below += middles[++median].surfaces;
   std::size_t first = 0, last = middles.size() - 1;
-  while (first < last) {
-    // The part that is farther from the middle one goes first.
-    const double median = middles[(first + last) / 2].at;
-    const bool is_low = median - middles[first].at > middles[last].at - median;
+  double left = kStrayShare * surfaces;
+  for (bool is_low_open = true, is_high_open = true;;) {
+    is_low_open = is_low_open && first < median && middles[first].surfaces <= left;
+    is_high_open = is_high_open && last > median && middles[last].surfaces <= left;
+    if (!is_low_open && !is_high_open) return {middles[first].at, middles[last].at};
+    // Of two that may go, the one that is farther out goes first.
+    const bool is_low = is_low_open && (!is_high_open ||
+                                        middles[median].at - middles[first].at > middles[last].at - middles[median].at);
     left -= middles[is_low ? first : last].surfaces;
-    if (left < 0) break;
     is_low ? ++first : --last;
   }
-  return {middles[first].at, middles[last].at};
 }
 
 /// A box around the parts but for those that lie farthest out along an axis.

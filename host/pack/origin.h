@@ -11,9 +11,10 @@
 namespace eikon {
 
 /// The origin to pack a scene around, in world coordinates: 0 where the scene is not far from there
-/// for its size. A twentieth of the surfaces does not count where the rest is far from there, seen
-/// by a camera of the file that is not. It lies on a grid of a power of two, so that it stays where
-/// it is while small things move.
+/// for its size. Parts that have a twentieth of the surfaces or less do not count if the rest is
+/// far, and if a camera of the file is nearer to the rest than to 0, or the file has none. The
+/// camera of --look-at does not count, so that all pictures of a scene have the same origin. It
+/// lies on a grid of a power of two, so that it stays where it is while small things move.
 /// more  points at which something will be added to the scene, world
 [[nodiscard]] glm::dvec3 origin_of(const Scene& scene, std::span<const glm::dvec3> more = {});
 

@@ -76,7 +76,7 @@ struct Settings {
   // (film/film.h).
   std::uint32_t replicate_bits = 1;
   // The most edges of a path. Edge 1 goes from the camera to what it meets first, edge 2 from there
-  // on; null interfaces (kernels/surface/nested_media.h) do not count. 0: no limit
+  // on; null interfaces (kernels/film/slots.h) do not count. 0: no limit
   std::uint32_t max_depth = 0;
   Integrator integrator = Integrator::path;
   std::uint32_t roulette_depth = 4;  // the first edge that Russian roulette decides on

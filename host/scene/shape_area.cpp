@@ -5,14 +5,14 @@
 #include <cmath>
 #include <numbers>
 
+#include "scene/transform.h"
+
 namespace eikon {
 namespace {
 
 using std::numbers::pi;
-/// A linear map takes an area of unit normal n to one |cofactor * n| times as large.
-glm::dmat3 cofactor_of(const glm::dmat3& m) {
-  return {glm::cross(m[1], m[2]), glm::cross(m[2], m[0]), glm::cross(m[0], m[1])};
-}
+
+// A linear map takes an area of unit normal n to one |cofactor * n| times as large.
 
 /// The mean factor by which areas grow whose normals are (round cos a, y, round sin a), over all
 /// angles a. The integrand is periodic, so equally spaced points converge faster than any power:
@@ -85,7 +85,7 @@ std::array<double, 3> capsule_areas(const OwnShape& own, const glm::dmat3& cofac
 }  // namespace
 
 std::array<double, 3> part_areas_m2(ShapeKind kind, const OwnShape& own) {
-  const glm::dmat3 cofactor = cofactor_of(own.world_from_own);
+  const glm::dmat3 cofactor = cofactors(own.world_from_own);
   double uniform = 0;
   const bool alike = keeps_angles(cofactor, uniform);
   switch (kind) {

@@ -32,4 +32,13 @@ bool is_finite(const glm::dmat4& matrix) {
   return true;
 }
 
+glm::dmat3 cofactors(const glm::dmat3& m) {
+  return {glm::cross(m[1], m[2]), glm::cross(m[2], m[0]), glm::cross(m[0], m[1])};
+}
+
+glm::dvec3 direction_of(const glm::dvec3& v) {
+  const double length = glm::length(v);
+  return length > 0 && std::isfinite(length) ? v / length : glm::dvec3(0);
+}
+
 }  // namespace eikon

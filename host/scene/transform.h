@@ -13,4 +13,11 @@ namespace eikon {
 
 [[nodiscard]] bool is_finite(const glm::dmat4& matrix);
 
+/// The matrix of cofactors: where m takes u and v, it takes their cross product, so it takes
+/// normals of surfaces. It is defined for flat scales, too.
+[[nodiscard]] glm::dmat3 cofactors(const glm::dmat3& m);
+
+/// v with length 1, or 0 if it has no direction.
+[[nodiscard]] glm::dvec3 direction_of(const glm::dvec3& v);
+
 }  // namespace eikon

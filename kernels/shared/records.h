@@ -20,7 +20,7 @@ EK_BEGIN
 #define EK_REPORT_COUNT 8         // rejected samples of a unit that are reported one by one
 
 // Triangle.flags
-#define EK_TRIANGLE_ALPHA_TESTED 1u  // opacity is below 1 somewhere (surface/alpha.h)
+#define EK_TRIANGLE_ALPHA_TESTED 1u  // the traversal decides whether rays pass it (surface/alpha.h)
 #define EK_TRIANGLE_SINGLE_SIDED 2u  // camera rays pass its back (EK_HAS_culling)
 #define EK_TRIANGLE_GROUP_SHIFT 2    // six bits: light group of its emission
 #define EK_TRIANGLE_CLASS_SHIFT 8    // two bits: SHADING_*, the shading that it takes

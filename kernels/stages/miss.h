@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Stage `miss`.   From: paths of this depth whose ray left the scene.
-// Adds the environment, weighted against light sampling; a transparent picture shows it to no
-// camera ray. These paths end here: stage shade leaves out all that hit nothing.
+// Adds the environment, weighted against light sampling; in a transparent picture to no ray that
+// comes from the camera itself. These paths end here: stage shade leaves out all that hit nothing.
 #ifndef EK_STAGE_MISS_H
 #define EK_STAGE_MISS_H
 #include "film/motion_vector.h"

@@ -40,7 +40,12 @@ def run(command, **more):
     with tempfile.TemporaryFile("w+", errors="replace") as stdout, tempfile.TemporaryFile("w+", errors="replace") as stderr:
         begin = time.monotonic()
         child = subprocess.Popen([str(word) for word in command], stdout=stdout, stderr=stderr, **more)
-        _, status, usage = os.wait4(child.pid, 0)
+        try:
+            _, status, usage = os.wait4(child.pid, 0)
+        except BaseException:  # such as Ctrl-C: nothing is left running
+            child.kill()
+            child.wait()
+            raise
         wall_s = time.monotonic() - begin
         child.returncode = os.waitstatus_to_exitcode(status)  # else Popen would wait for the child again
         stdout.seek(0)

@@ -9,6 +9,8 @@
 #include <limits>
 #include <map>
 
+#include "scene/transform.h"
+
 namespace eikon {
 namespace {
 
@@ -44,21 +46,12 @@ auto vertices_of(const Scene& scene, std::size_t node, std::size_t primitive) {
   };
 }
 
-/// v with length 1; 0 stays 0.
-glm::dvec3 direction_of(const glm::dvec3& v) {
-  const double length = glm::length(v);
-  return length > 0 ? v / length : glm::dvec3(0);
-}
-
 /// Returns a function of a number that gives the shading normal of a vertex of a primitive, in the
 /// world; of length 1, or 0 where it has none.
 auto normals_of(const Scene& scene, std::size_t node, std::size_t primitive) {
-  const glm::dmat3 linear(scene.nodes[node].world_from_object);
-  // Stretched surfaces turn their normals by the matrix of cofactors.
-  const glm::dmat3 cofactors(glm::cross(linear[1], linear[2]), glm::cross(linear[2], linear[0]),
-                             glm::cross(linear[0], linear[1]));
-  return [cofactors, &normals = primitive_of(scene, node, primitive).normals_object](std::size_t i) {
-    return direction_of(cofactors * glm::dvec3(normals[i]));
+  return [world_from_normal = cofactors(glm::dmat3(scene.nodes[node].world_from_object)),
+          &normals = primitive_of(scene, node, primitive).normals_object](std::size_t i) {
+    return direction_of(world_from_normal * glm::dvec3(normals[i]));
   };
 }
 
@@ -183,10 +176,11 @@ void share_if_equal(SharedVector<T>& own, const SharedVector<T>& other) {
   if (own == other) own = other;
 }
 
-/// Gives the triangles of a primitive of a pose the order of corners that they have in the frame.
-/// One that its joints turn inside out would not be the same one otherwise. Its normals are then on
-/// the side that the order says, as are those of a node that turns inside out. returns true if
-/// there was one
+/// Gives the triangles of a primitive of a pose the order of corners that they have in the frame:
+/// the reader turns a triangle that its joints mirror, and a pose would have another triangle then.
+/// The normals of its corners are turned back with it, so that they lie on the side that the order
+/// says. (Where a vertex belongs to turned and other triangles that is right for one kind alone.)
+/// returns true if there was such a triangle
 bool take_order(Primitive& own, const Primitive& other) {
   if (own.indices.triangle_count() != other.indices.triangle_count() || own.indices == other.indices) return false;
   std::vector<bool> is_turned(own.normals_object.size());

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "scene/transform.h"
 
 namespace eikon {
 namespace {
@@ -123,11 +124,6 @@ struct Replaced {
   }
 };
 
-/// m's matrix of cofactors: where m takes u and v, it takes their cross product.
-glm::dmat3 cofactors(const glm::dmat3& m) {
-  return {glm::cross(m[1], m[2]), glm::cross(m[2], m[0]), glm::cross(m[0], m[1])};
-}
-
 }  // namespace
 
 bool is_for_skins(const std::string& name) {
@@ -155,17 +151,13 @@ SkinnedVertices skin_vertices(const Skin& skin, const std::map<std::string, cons
     const glm::dvec3 position(glm::vec3(positions.source->vector_at(i)));
     positions.set(i, glm::vec4(glm::vec3(linear * position + glm::dvec3(matrix[3])), 0.0F));
     // Directions get length 1, since the scale of joints may be far from it.
-    const auto direction = [](const glm::dvec3& d) {
-      const double length = glm::length(d);
-      return glm::vec3(length > 0 && std::isfinite(length) ? d / length : glm::dvec3(0.0));
-    };
     if (normals.source != nullptr)
-      normals.set(i,
-                  glm::vec4(direction(facing * (cofactors(linear) * glm::dvec3(normals.source->vector_at(i)))), 0.0F));
+      normals.set(
+          i, glm::vec4(direction_of(facing * (cofactors(linear) * glm::dvec3(normals.source->vector_at(i)))), 0.0F));
     if (tangents.source != nullptr) {
       const glm::vec4 tangent = tangents.source->vector_at(i);
       const float handedness = mirrors ? -tangent.w : tangent.w;
-      tangents.set(i, glm::vec4(direction(linear * glm::dvec3(tangent)), handedness));
+      tangents.set(i, glm::vec4(direction_of(linear * glm::dvec3(tangent)), handedness));
     }
   }
   blender.note(notes);

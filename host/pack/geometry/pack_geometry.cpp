@@ -11,6 +11,7 @@
 #include "pack/geometry/solid_openings.h"
 #include "pack/pack_parts.h"
 #include "scene/emission.h"
+#include "scene/transform.h"
 
 namespace eikon {
 namespace {
@@ -28,12 +29,6 @@ struct WorldVertices {
 /// Indices of a triangle's corners; those of a mirrored mesh change places.
 using Corners = std::array<std::uint32_t, 3>;
 
-glm::vec3 world_direction(const glm::dmat3& linear, const glm::vec3& direction) {
-  const glm::dvec3 turned = linear * glm::dvec3(direction);
-  const double length = glm::length(turned);
-  return length > 0 ? glm::vec3(turned / length) : glm::vec3(0);
-}
-
 class GeometryPacker {
  public:
   GeometryPacker(const Scene& scene, std::vector<Mesh>* release, const Features& features, PackedScene& packed)
@@ -41,7 +36,7 @@ class GeometryPacker {
         release_(release),
         packed_(packed),
         passable_(scene),
-        solid_openings_(scene),
+        solid_openings_(features.has(Feature::open_solid) ? SolidOpenings(scene) : SolidOpenings()),
         features_(features),
         two_level_(features.has(Feature::instance)),
         has_vertex_normal_(features.has(Feature::vertex_normal)),
@@ -129,25 +124,20 @@ class GeometryPacker {
       grow(packed_.bounds, glm::dvec3(p));
     }
     if (has_vertex_normal_) {
-      // The cofactor matrix is the inverse transpose times the determinant, and is defined for flat
-      // scales too.
-      const glm::dmat3 cofactor(glm::cross(linear[1], linear[2]), glm::cross(linear[2], linear[0]),
-                                glm::cross(linear[0], linear[1]));
-      const glm::dmat3 facing = cofactor * (node.mirrored ? -1.0 : 1.0);
+      const glm::dmat3 facing = cofactors(linear) * (node.mirrored ? -1.0 : 1.0);
       world.normals = taken != nullptr ? taken->normals_object.take() : primitive.normals_object.all();
-      for (glm::vec3& n : world.normals) n = world_direction(facing, n);
+      for (glm::vec3& n : world.normals) n = direction_of(facing * glm::dvec3(n));
     }
     if (has_tangent_) {
       world.tangents = taken != nullptr ? taken->tangents_object.take() : primitive.tangents_object.all();
-      for (glm::vec4& t : world.tangents) t = glm::vec4(world_direction(linear, glm::vec3(t)), t.w);
+      for (glm::vec4& t : world.tangents) t = glm::vec4(direction_of(linear * glm::dvec3(t)), t.w);
     }
     return world;
   }
 
   void add(std::uint32_t node_index, const Primitive& primitive, Primitive* released) {
     const Node& node = scene_.nodes[node_index];
-    const bool is_alpha_tested =
-        passable_.has(primitive) && !(features_.has(Feature::open_solid) && solid_openings_.has(node.mesh, primitive));
+    const bool is_alpha_tested = passable_.has(primitive) && !solid_openings_.has(node.mesh, primitive);
     const std::uint32_t flags = (is_alpha_tested ? EK_TRIANGLE_ALPHA_TESTED : 0) |
                                 surface_flags(scene_.materials[primitive.material], &primitive) |
                                 light_group(node.light_group, scene_.materials[primitive.material])

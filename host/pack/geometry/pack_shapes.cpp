@@ -51,7 +51,7 @@ void pack_shapes(const Scene& scene, const Features& features, PackedScene& pack
     throw InputError(
         fmt::format("{}: {} triangles and shapes are more than {}; use fewer", scene.path.string(), all, kMaxSurfaces));
   const PassableMaterials passable(scene);
-  const SolidOpenings solid_openings(scene);
+  const SolidOpenings solid_openings = features.has(Feature::open_solid) ? SolidOpenings(scene) : SolidOpenings();
   const float nan = std::numeric_limits<float>::quiet_NaN();
   packed.triangles.reserve(all);
   for (std::size_t i = 0; i < scene.shapes.size(); ++i) {
@@ -77,8 +77,7 @@ void pack_shapes(const Scene& scene, const Features& features, PackedScene& pack
     t.material = shape.material;
     t.node = std::uint32_t(scene.nodes.size() + i);
     t.n_x = std::bit_cast<float>(std::uint32_t(i));
-    const bool shade_decides = features.has(Feature::open_solid) && solid_openings.has(shape.material);
-    t.flags = has_openings && !shade_decides ? EK_TRIANGLE_ALPHA_TESTED : 0;
+    t.flags = has_openings && !solid_openings.has(shape) ? EK_TRIANGLE_ALPHA_TESTED : 0;
     t.flags |= surface_flags(material, nullptr);
     t.flags |= light_group(shape.light_group, material) << EK_TRIANGLE_GROUP_SHIFT;
     packed.triangles.push_back(t);

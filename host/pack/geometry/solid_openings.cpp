@@ -3,83 +3,77 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
-#include <tuple>
+#include <bit>
 
 namespace eikon {
 namespace {
 
-/// Numbers positions so that equal ones have the same number.
-class PositionNumbers {
- public:
-  std::uint32_t of(const glm::vec3& p) {
-    // + 0 makes one zero of both.
-    return number_.try_emplace({p.x + 0.0F, p.y + 0.0F, p.z + 0.0F}, std::uint32_t(number_.size())).first->second;
-  }
+/// The finaliser of SplitMix64 [Steele, Lea, Flood 2014, "Fast Splittable Pseudorandom Number
+/// Generators"].
+std::uint64_t mixed(std::uint64_t x) {
+  x += 0x9e3779b97f4a7c15ULL;
+  x = (x ^ x >> 30) * 0xbf58476d1ce4e5b9ULL;
+  x = (x ^ x >> 27) * 0x94d049bb133111ebULL;
+  return x ^ x >> 31;
+}
 
- private:
-  std::map<std::tuple<float, float, float>, std::uint32_t> number_;
-};
+std::uint64_t hash_of(const glm::vec3& p) {
+  std::uint64_t hash = 0;
+  for (int axis = 0; axis < 3; ++axis)  // + 0 makes one zero of both
+    hash = mixed(hash ^ std::bit_cast<std::uint32_t>(p[axis] + 0.0F));
+  return hash;
+}
 
 }  // namespace
 
-bool may_have_openings(const Material& m) {
-  if (m.alpha_mode == AlphaMode::opaque || !is_solid(m) || m.transmission == 0) return false;
-  // What is nowhere to be seen has no inside either.
-  const bool is_somewhere = m.alpha_mode == AlphaMode::mask ? m.opacity >= m.alpha_cutoff : m.opacity > 0;
-  return is_somewhere && m.emission == glm::vec3(0);
-}
-
+// The sum of a hash of all directed edges, less that of the same edges the other way round, is 0 if
+// each edge goes both ways equally often.
 bool is_closed(const Scene& scene, const Mesh& mesh) {
-  PositionNumbers numbers;
-  struct Edge {
-    std::uint32_t from, to;  // from < to
-    int direction;           // 1: as stored, -1: the triangle goes from `to` to `from`
-  };
-  std::vector<Edge> edges;
+  std::uint64_t sum = 0;
+  bool has_triangles = false;
   for (const Primitive& primitive : mesh.primitives) {
     if (!is_solid(scene.materials[primitive.material])) continue;
-    std::vector<std::uint32_t> number;
-    number.reserve(primitive.positions_object.size());
-    for (const glm::vec3& p : primitive.positions_object) number.push_back(numbers.of(p));
     for (std::size_t t = 0; t < primitive.indices.triangle_count(); ++t) {
       const std::array<std::uint32_t, 3> corners = primitive.indices.triangle(t);
+      std::array<std::uint64_t, 3> hash;
+      for (std::size_t i = 0; i < 3; ++i) hash[i] = hash_of(primitive.positions_object[corners[i]]);
       for (std::size_t i = 0; i < 3; ++i) {
-        const std::uint32_t a = number[corners[i]], b = number[corners[(i + 1) % 3]];
-        if (a != b) edges.push_back({std::min(a, b), std::max(a, b), a < b ? 1 : -1});
+        const std::uint64_t from = hash[i], to = hash[(i + 1) % 3];
+        sum += mixed(from + 3 * to) - mixed(to + 3 * from);
       }
+      has_triangles = true;
     }
   }
-  std::ranges::sort(edges, {}, [](const Edge& e) { return std::tuple(e.from, e.to); });
-  for (std::size_t begin = 0, end = 0; begin < edges.size(); begin = end) {
-    int balance = 0;
-    for (; end < edges.size() && edges[end].from == edges[begin].from && edges[end].to == edges[begin].to; ++end)
-      balance += edges[end].direction;
-    if (balance != 0) return false;
-  }
-  return !edges.empty();
+  return has_triangles && sum == 0;
 }
 
 SolidOpenings::SolidOpenings(const Scene& scene)
     : by_material_(scene.materials.size()), is_closed_(scene.meshes.size()) {
-  if (std::ranges::none_of(scene.materials, may_have_openings)) return;
-  const PassableMaterials passable(scene);
-  for (std::uint32_t i = 0; i < scene.materials.size(); ++i)
-    by_material_[i] = may_have_openings(scene.materials[i]) && passable.may_have(i);
+  for (std::size_t i = 0; i < scene.materials.size(); ++i) by_material_[i] = may_have_openings(scene.materials[i]);
+  if (std::ranges::find(by_material_, true) == by_material_.end()) return;
+  passable_.emplace(scene);
   for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
-    const Mesh& mesh = scene.meshes[i];
-    if (std::ranges::any_of(mesh.primitives, [&](const Primitive& p) { return has(p.material); }))
-      is_closed_[i] = is_closed(scene, mesh);
+    const auto may_open = [&](const Primitive& p) { return by_material_[p.material] && passable_->has(p); };
+    if (std::ranges::any_of(scene.meshes[i].primitives, may_open)) is_closed_[i] = is_closed(scene, scene.meshes[i]);
   }
 }
 
-bool SolidOpenings::any(const Scene& scene) const {
-  const auto in_mesh = [&](const Node& node) {
-    return std::ranges::any_of(scene.meshes[node.mesh].primitives,
-                               [&](const Primitive& p) { return has(node.mesh, p); });
-  };
-  return std::ranges::any_of(scene.nodes, in_mesh) ||
-         std::ranges::any_of(scene.shapes, [&](const Shape& shape) { return has(shape.material); });
+bool SolidOpenings::has(std::uint32_t mesh, const Primitive& primitive) const {
+  return passable_ && is_closed_[mesh] && by_material_[primitive.material] && passable_->has(primitive);
+}
+
+bool SolidOpenings::has(const Shape& shape) const {
+  return passable_ && shape.kind != ShapeKind::implicit && by_material_[shape.material] &&
+         passable_->has(shape.material);
+}
+
+std::optional<std::uint32_t> SolidOpenings::first_material(const Scene& scene) const {
+  if (!passable_) return std::nullopt;
+  for (const Node& node : scene.nodes)
+    for (const Primitive& primitive : scene.meshes[node.mesh].primitives)
+      if (has(node.mesh, primitive)) return primitive.material;
+  const auto shape = std::ranges::find_if(scene.shapes, [&](const Shape& s) { return has(s); });
+  return shape == scene.shapes.end() ? std::nullopt : std::optional(shape->material);
 }
 
 }  // namespace eikon

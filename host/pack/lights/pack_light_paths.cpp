@@ -184,7 +184,10 @@ float power_of_two_below(double x) { return aim_within_bounds(float(std::exp2(st
 float aim_within_bounds(float aim) { return std::clamp(aim, 0x1p-10F, 0x1p19F); }
 
 bool is_specular_light_target(const Material& material) {
-  if (material.unlit || material.roughness > kSmoothRoughness) return false;
+  if (material.unlit) return false;
+  // Light goes straight on through the openings of a solid, however rough that is.
+  if (may_have_openings(material) && (material.opacity < 1 || material.base_color_texture)) return true;
+  if (material.roughness > kSmoothRoughness) return false;
   return has_trait(material, EK_TRAIT_METAL) || (has_trait(material, EK_TRAIT_METALLIC) && material.metallic > 0) ||
          (has_trait(material, EK_TRAIT_TRANSMITS) && material.transmission > 0);
 }

@@ -7,8 +7,8 @@
 
 namespace eikon {
 
-/// True if the material has delta scattering, a mirror's or that of clear glass, so that no
-/// sampling of lights finds what is lit through it.
+/// True if the material has delta scattering, a mirror's or that of clear glass, or is that of a
+/// solid with openings, so that no sampling of lights finds what is lit through it.
 [[nodiscard]] bool is_specular_light_target(const Material& material);
 /// True if it comes close to that with most of its light: its roughness is at most 0.5. Sampling
 /// of lights finds what is lit by it, but the less well the less rough it is.

@@ -63,6 +63,13 @@ bool has_trait(const Material& material, std::uint32_t wanted) {
 
 bool is_solid(const Material& material) { return material.solid && has_trait(material, EK_TRAIT_TRANSMITS); }
 
+bool may_have_openings(const Material& m) {
+  if (m.alpha_mode == AlphaMode::opaque || !is_solid(m) || m.transmission == 0) return false;
+  // A material that is transparent everywhere bounds nothing.
+  const bool is_somewhere = m.alpha_mode == AlphaMode::mask ? m.opacity >= m.alpha_cutoff : m.opacity > 0;
+  return is_somewhere && m.emission == glm::vec3(0);
+}
+
 bool is_single_sided(const Material& material) {
   return !material.double_sided && !has_trait(material, EK_TRAIT_TRANSMITS);
 }

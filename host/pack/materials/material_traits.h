@@ -21,6 +21,10 @@ namespace eikon {
 /// True if the material's surfaces are the boundary of something that light goes into.
 [[nodiscard]] bool is_solid(const Material& material);
 
+/// True if the material may be that of a solid with openings (SolidOpenings): it refracts, does not
+/// emit, and rays may pass it. Its textures and the colours of its meshes decide.
+[[nodiscard]] bool may_have_openings(const Material& material);
+
 /// True if camera rays pass the backs of the material's surfaces (Culling). Surfaces that transmit
 /// light are seen from both sides, because a path inside of glass has to meet its boundary.
 [[nodiscard]] bool is_single_sided(const Material& material);
@@ -41,9 +45,7 @@ class PassableMaterials {
  public:
   explicit PassableMaterials(const Scene& scene);
   [[nodiscard]] bool has(const Primitive& primitive) const;
-  /// True if some primitive of the material may have such an opacity.
-  [[nodiscard]] bool may_have(std::uint32_t material) const { return by_material_.at(material) != Passable::never; }
-  /// As has(), for a surface without vertex colours.
+  /// The same for a surface without vertex colours.
   [[nodiscard]] bool has(std::uint32_t material) const { return by_material_.at(material) == Passable::always; }
 
  private:

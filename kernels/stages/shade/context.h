@@ -44,7 +44,7 @@ typedef struct {
 typedef struct {
   vu medium;                // on the side that the path comes from
   vu transmitted_medium;    // on the other side
-  vi is_null;               // mask: the path passes straight on (nested_media.h)
+  vi is_null;               // mask: the path passes straight on (nested_media.h, alpha.h)
   vi skips_depth;           // mask: a null interface that does not count towards max_depth
   vu null_interface_count;  // of the path so far
 #if EK_HAS_open_solid

@@ -10,15 +10,24 @@
 /// Mask of the lanes whose path has met an opening of a solid.
 /// solid  mask: the surface bounds a solid
 EK_FN vi meets_opening(const ShadeContext* c, const PathHit* hit, vi solid) {
-  const vi undecided = hit->live & solid & ((hit->corners.flags & EK_TRIANGLE_ALPHA_TESTED) == 0u);
-  if (!ANY(undecided)) return undecided;
-  const MaterialRecordLanes record = load_material(c->scene.materials, hit->corners.material);
+  vi undecided = hit->live & solid & ((hit->corners.flags & EK_TRIANGLE_ALPHA_TESTED) == 0u);
   vu surface = hit->triangle;
 #if EK_HAS_shape
-  surface = is_shape_record(hit->corners) ? shape_opacity_surface(AS_U(hit->corners.n.x), 0u) : surface;
+  const vi is_shape = is_shape_record(hit->corners);
+  const vu shape = is_shape ? AS_U(hit->corners.n.x) : (vu)(0u);
+  surface = is_shape ? shape_opacity_surface(shape, 0u) : surface;
+#if EK_HAS_implicit
+  // The opacity of an implicit surface does not count.
+  undecided = undecided & !(is_shape & (load_word_u(ShapeRecord, c->scene.shapes, shape, kind) == (uint)SHAPE_implicit));
 #endif
-  const OpacityKey key = opacity_key(hit->path.key, hit->path.index, c->depth, 0u);
-  return undecided & (opacity_number(key, surface) >= material_opacity(c->scene, record, hit->attributes));
+#endif
+  if (!ANY(undecided)) return undecided;
+  const MaterialRecordLanes record = load_material(c->scene.materials, hit->corners.material);
+  const vf opacity = material_opacity(c->scene, record, hit->attributes);
+  vf number = (vf)(0.0f);  // the right decision for opacity 0 and 1
+  if (ANY(undecided & (opacity > 0.0f) & (opacity < 1.0f)))
+    number = opacity_number(opacity_key(hit->path.key, hit->path.index, c->depth, 0u), surface);
+  return undecided & (number >= opacity);
 }
 #endif
 

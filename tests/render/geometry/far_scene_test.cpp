@@ -100,6 +100,16 @@ TEST(FarScenes, stay_far_when_something_small_is_elsewhere) {
   for (const Node& node : near.nodes) halves.nodes.push_back(node);
   EXPECT_EQ(origin_of(halves), glm::dvec3(0));
 
+  // One mesh with the weight of all, and few strays beside it, on either side of the origin.
+  for (const double sign : {1.0, -1.0})
+    for (const int strays : {1, 2, 5}) {
+      Scene city;
+      add_mesh(city, "city", sphere({0, 0, 0}, 1, 32, false), lambert(0.5F)).world_from_object[3] =
+          glm::dvec4(sign * kAway, 1);
+      for (int i = 0; i < strays; ++i) city = room_and_stray(city, glm::dvec3(100.0 * i, 0, -3.0 * i));
+      EXPECT_NE(origin_of(city), glm::dvec3(0)) << sign << ", " << strays;
+    }
+
   const MeanAndError here = mean_of(film_of(near, settings));
   const MeanAndError there = mean_of(film_of(room_and_stray(far, glm::dvec3(0)), seen_from_origin(settings, -kAway)));
   EXPECT_NEAR(there.mean, here.mean, 0.02 * here.mean);

@@ -3,6 +3,7 @@
 // the solid, as behind the glass beside it. Judged at significance 1 % per test.
 #include "pack/geometry/solid_openings.h"
 
+#include "pack/lights/pack_light_paths.h"
 #include "render/lights/light_path_scenes.h"
 
 namespace eikon::test {
@@ -73,19 +74,35 @@ TEST(OpenSolid, rough_and_dispersing_ones_neither_make_nor_lose_light) {
   }
 }
 
+/// A slab of two metres that leaves half of the light in each, with holes in its front: alphaMode
+/// MASK, and corners whose alpha is below the cutoff.
+Scene slab_with_holes(const Material& amber_glass) {
+  Scene scene;
+  add_lamp(scene);
+  Primitive slab;
+  add_box(slab, {-20, -20, 0}, {20, 20, 2}, false);
+  std::vector<glm::vec4> colors;
+  for (const glm::vec3& p : slab.positions_object) colors.emplace_back(1, 1, 1, p.z > 1 ? 0.1F : 1.0F);
+  slab.colors = colors;
+  Material material = amber_glass;
+  material.alpha_mode = AlphaMode::mask;
+  add_mesh(scene, "slab", std::move(slab), material);
+  return scene;
+}
+
 TEST(OpenSolid, absorbs_behind_its_openings) {
-  for (const bool has_priority : {false, true})
-    for (const AlphaMode mode : {AlphaMode::blend, AlphaMode::mask}) {
-      Scene scene;
-      add_lamp(scene);
-      Material material = amber(0.5F, 1);
-      material.alpha_mode = mode;
-      material.opacity = 0.6F;  // above the cutoff of MASK
-      if (has_priority) material.medium_priority = 1;
-      add_block(scene, "slab", {-20, -20, 0}, {20, 20, 2}, material);
-      const Settings settings = settings_for_beam({0, 0, 4}, {0, 0, 0}, 64);
-      EXPECT_TRUE(agrees(mean_of(film_of(scene, settings)), 0.25, 4, 1e-4)) << has_priority;
-    }
+  for (const bool has_priority : {false, true}) {
+    Material material = amber(0.5F, 1);
+    if (has_priority) material.medium_priority = 1;
+    const Settings settings = settings_for_beam({0, 0, 4}, {0, 0, 0}, 64);
+    const Scene holes = slab_with_holes(material);
+    EXPECT_TRUE(Features(holes, settings).has(Feature::open_solid));
+    EXPECT_TRUE(agrees(mean_of(film_of(holes, settings)), 0.25, 4, 1e-4)) << has_priority;
+    Scene scene;
+    add_lamp(scene);
+    add_block(scene, "slab", {-20, -20, 0}, {20, 20, 2}, open_glass(material, 0.6F));
+    EXPECT_TRUE(agrees(mean_of(film_of(scene, settings)), 0.25, 4, 1e-4)) << has_priority;
+  }
 }
 
 TEST(OpenSolid, openings_do_not_count_towards_depth) {
@@ -135,7 +152,54 @@ TEST(OpenSolid, light_paths_pass_openings) {
   }
 }
 
-TEST(OpenSolid, an_open_mesh_has_no_inside) {
+TEST(OpenSolid, rough_ones_let_light_paths_pass_however_rough_they_are) {
+  // At opacity .001 the slab is as good as not there.
+  for (const float roughness : {0.3F, 0.9F}) {
+    Scene scene;
+    Primitive floor;
+    add_quad(floor, {-3, 0, 3}, {6, 0, 0}, {0, 0, -6});
+    add_mesh(scene, "floor", std::move(floor), lambert(0.01F));
+    add_block(scene, "slab", {-2, 1, -2}, {2, 1.2F, 2}, open_glass(glass(1.5F, roughness, true), 1e-3F));
+    scene.lights.push_back(sunshine({0, -1, 0}, 1));
+    EXPECT_TRUE(only_light_paths_find_some(scene));
+    Settings settings = settings_for(16, 16, 64);
+    settings.camera = look_at_camera({0.6, 0.6, 0.6}, {0.6, 0, 0}, {0, 1, 0}, 0.3);
+    EXPECT_TRUE(agrees(mean_of(film_of(scene, with_light_paths(settings, 64))), 0.01 / kPi, 3, 5e-3)) << roughness;
+  }
+}
+
+TEST(OpenSolid, the_layers_of_the_first_hit_show_the_glass_in_its_openings) {
+  const Scene scene = ball_within_walls(open_glass(glass(1.5F, 0, true), 0.5F), false);
+  Settings settings = seen_from({0, 0, 0.95});
+  settings.aovs = {"depth"};
+  const Film film = film_of(scene, settings);
+  EXPECT_NEAR(film.mean(6, 6, film.channel_index("depth.Z").value()), 0.45, 0.02);
+}
+
+TEST(OpenSolid, the_opacity_of_an_implicit_surface_does_not_count) {
+  SceneChoice choice;
+  Scene scene = load_scene(std::string(EIKON_SOURCE_DIR) + "/scenes/implicit_gyroid.gltf", choice);
+  const Settings settings = settings_of(scene, 16, 8);
+  ASSERT_FALSE(scene.shapes.empty());
+  const std::uint32_t glass_of_it = scene.shapes[0].material;
+  ASSERT_TRUE(scene.materials[glass_of_it].solid);
+  const Film opaque = film_of(scene, settings);
+  scene.materials[glass_of_it].alpha_mode = AlphaMode::blend;
+  scene.materials[glass_of_it].opacity = 0.3F;
+  EXPECT_FALSE(Features(scene, settings).has(Feature::open_solid));
+  EXPECT_TRUE(same_film(film_of(scene, settings), opaque));
+  // Nor does it where another solid has openings.
+  const auto with_ball = [&](float opacity) {
+    Scene two = scene;
+    two.materials[glass_of_it].opacity = opacity;
+    add_mesh(two, "ball", sphere({0, 10, 0}, 0.1F, 6, false), open_glass(glass(1.5F, 0, true), 0.5F));
+    EXPECT_TRUE(Features(two, settings).has(Feature::open_solid));
+    return film_of(two, settings);
+  };
+  EXPECT_TRUE(same_film(with_ball(0.3F), with_ball(1)));
+}
+
+TEST(OpenSolid, openings_of_an_open_mesh_lead_to_no_inside) {
   Scene scene;
   Primitive sheet;
   add_quad(sheet, {-4, -4, -2}, {8, 0, 0}, {0, 8, 0});
