@@ -45,7 +45,7 @@ class Page(BrowserTests, unittest.TestCase):
         return f"{self.state('state')}, {self.problem()!r}"
 
     def until_done(self):
-        is_done = "return status.state === 'done' && status.state_of === adopted && !frame.small && !sending && !restTimer"
+        is_done = "return status.state === 'done' && status.state_of === adoptedLook && !frame.small && !sending && !restTimer"
         self.until(lambda: self.run_script(is_done), "done")
 
     def set(self, control, value):
