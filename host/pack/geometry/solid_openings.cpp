@@ -3,48 +3,51 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
+#include <cmath>
+
+#include "pack/pack_parts.h"
 
 namespace eikon {
 namespace {
 
-/// The finaliser of SplitMix64 [Steele, Lea, Flood 2014, "Fast Splittable Pseudorandom Number
-/// Generators"].
-std::uint64_t mixed(std::uint64_t x) {
-  x += 0x9e3779b97f4a7c15ULL;
-  x = (x ^ x >> 30) * 0xbf58476d1ce4e5b9ULL;
-  x = (x ^ x >> 27) * 0x94d049bb133111ebULL;
-  return x ^ x >> 31;
-}
-
-std::uint64_t hash_of(const glm::vec3& p) {
-  std::uint64_t hash = 0;
-  for (int axis = 0; axis < 3; ++axis)  // + 0 makes one zero of both
-    hash = mixed(hash ^ std::bit_cast<std::uint32_t>(p[axis] + 0.0F));
-  return hash;
-}
+// Of the area, and of the area times the mesh's radius: more than seams leave whose vertices were
+// rounded apart, and less than a hole that matters.
+constexpr double kOpenShare = 1e-4;
 
 }  // namespace
 
-// The sum of a hash of all directed edges, less that of the same edges the other way round, is 0 if
-// each edge goes both ways equally often.
+// By the divergence theorem the integral of the normal n over a closed surface is 0, and that of the
+// outer product of p and n is the volume times the unit matrix.
 bool is_closed(const Scene& scene, const Mesh& mesh) {
-  std::uint64_t sum = 0;
-  bool has_triangles = false;
-  for (const Primitive& primitive : mesh.primitives) {
-    if (!is_solid(scene.materials[primitive.material])) continue;
+  Bounds bounds;
+  const auto for_each_solid = [&](const auto& visit) {
+    for (const Primitive& primitive : mesh.primitives)
+      if (is_solid(scene.materials[primitive.material])) visit(primitive);
+  };
+  for_each_solid([&](const Primitive& primitive) {
+    for (const glm::vec3& p : primitive.positions_object) grow(bounds, glm::dvec3(p));
+  });
+  if (bounds.empty()) return false;
+  const glm::dvec3 center = 0.5 * (bounds.lo + bounds.hi);
+  glm::dvec3 normals(0);
+  glm::dmat3 moments(0);
+  double area = 0;
+  for_each_solid([&](const Primitive& primitive) {
     for (std::size_t t = 0; t < primitive.indices.triangle_count(); ++t) {
       const std::array<std::uint32_t, 3> corners = primitive.indices.triangle(t);
-      std::array<std::uint64_t, 3> hash;
-      for (std::size_t i = 0; i < 3; ++i) hash[i] = hash_of(primitive.positions_object[corners[i]]);
-      for (std::size_t i = 0; i < 3; ++i) {
-        const std::uint64_t from = hash[i], to = hash[(i + 1) % 3];
-        sum += mixed(from + 3 * to) - mixed(to + 3 * from);
-      }
-      has_triangles = true;
+      const auto at = [&](std::size_t i) { return glm::dvec3(primitive.positions_object[corners[i]]) - center; };
+      const glm::dvec3 p0 = at(0), p1 = at(1), p2 = at(2), n = 0.5 * glm::cross(p1 - p0, p2 - p0);
+      normals += n;
+      moments += glm::outerProduct((p0 + p1 + p2) / 3.0, n);
+      area += glm::length(n);
     }
-  }
-  return has_triangles && sum == 0;
+  });
+  const double volume = (moments[0][0] + moments[1][1] + moments[2][2]) / 3;
+  const glm::dmat3 rest = moments - glm::dmat3(volume);
+  double off = 0;
+  for (int i = 0; i < 3; ++i) off = std::max(off, glm::length(rest[i]));
+  return glm::length(normals) <= kOpenShare * area &&
+         off <= kOpenShare * area * 0.5 * glm::length(bounds.hi - bounds.lo);
 }
 
 SolidOpenings::SolidOpenings(const Scene& scene)

@@ -36,9 +36,8 @@ class SolidOpenings {
   std::optional<PassableMaterials> passable_;
 };
 
-/// True if every edge of the triangles that bound a solid has a neighbour on its other side, in the
-/// opposite direction. Vertices are the same if their positions are, to the bit. It takes no
-/// memory, and is wrong about one mesh of 2^64.
+/// True if the triangles that bound a solid close it but for a ten-thousandth of their area, and face
+/// all outwards or all inwards. (Holes that lie evenly around the middle may go unnoticed.)
 [[nodiscard]] bool is_closed(const Scene& scene, const Mesh& mesh);
 
 }  // namespace eikon

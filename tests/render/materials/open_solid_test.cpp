@@ -211,7 +211,7 @@ TEST(OpenSolid, openings_of_an_open_mesh_lead_to_no_inside) {
   EXPECT_NEAR(mean_of(film_of(scene, settings)).mean, 1, 1e-4);
 }
 
-TEST(OpenSolid, a_mesh_is_closed_if_every_edge_has_two_sides) {
+TEST(OpenSolid, a_mesh_is_closed_if_its_triangles_leave_no_hole) {
   const auto closed = [](Primitive primitive, bool is_solid) {
     Scene scene;
     add_mesh(scene, "mesh", std::move(primitive), glass(1.5F, 0, is_solid));
@@ -221,7 +221,7 @@ TEST(OpenSolid, a_mesh_is_closed_if_every_edge_has_two_sides) {
   add_box(box, {-1, -1, -1}, {1, 1, 1}, false);  // whose sides have corners of their own
   EXPECT_TRUE(closed(box, true));
   EXPECT_FALSE(closed(box, false)) << "nothing of it is a solid";
-  EXPECT_TRUE(closed(sphere({1, 2, 3}, 0.7F, 10, false), true));
+  EXPECT_TRUE(closed(sphere({100, 2, 3}, 0.7F, 10, false), true));
   Primitive less = box;
   std::vector<std::uint32_t> corners = less.indices.list();
   std::swap(corners[0], corners[1]);
@@ -230,6 +230,35 @@ TEST(OpenSolid, a_mesh_is_closed_if_every_edge_has_two_sides) {
   corners.resize(corners.size() - 3);
   less.indices = corners;
   EXPECT_FALSE(closed(less, true)) << "one triangle is missing";
+
+  // A tube whose ends are open: its normals cancel.
+  Primitive tube;
+  for (int i = 0; i < 12; ++i) {
+    const float a = float(i) * float(kPi) / 6, b = float(i + 1) * float(kPi) / 6;
+    add_quad(tube, {std::cos(a), 0, -std::sin(a)}, {std::cos(b) - std::cos(a), 0, std::sin(a) - std::sin(b)},
+             {0, 1, 0});
+  }
+  EXPECT_FALSE(closed(tube, true));
+
+  // Many files have balls whose seam and poles were rounded apart.
+  Primitive ball;
+  std::vector<glm::vec3> positions;
+  std::vector<std::uint32_t> indices;
+  constexpr std::uint32_t kAround = 20, kDown = 10;
+  for (std::uint32_t j = 0; j <= kDown; ++j)
+    for (std::uint32_t i = 0; i <= kAround; ++i) {
+      const double phi = 2 * kPi * i / kAround, theta = kPi * j / kDown;
+      positions.emplace_back(std::sin(theta) * std::cos(phi), std::cos(theta), -std::sin(theta) * std::sin(phi));
+    }
+  for (std::uint32_t j = 0; j < kDown; ++j)
+    for (std::uint32_t i = 0; i < kAround; ++i) {
+      const std::uint32_t a = j * (kAround + 1) + i, b = a + kAround + 1;
+      for (const std::uint32_t corner : {a, b, a + 1, a + 1, b, b + 1}) indices.push_back(corner);
+    }
+  ASSERT_NE(positions[kAround + 1], positions[2 * kAround + 1]) << "the seam is one";
+  ball.positions_object = positions;
+  ball.indices = indices;
+  EXPECT_TRUE(closed(ball, true));
 }
 
 }  // namespace
