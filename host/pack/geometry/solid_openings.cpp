@@ -16,8 +16,8 @@ constexpr double kOpenShare = 1e-4;
 
 }  // namespace
 
-// By the divergence theorem the integral of the normal n over a closed surface is 0, and that of the
-// outer product of p and n is the volume times the unit matrix.
+// By the divergence theorem the integral of the normal n over a closed surface is 0, and that of
+// the outer product of p and n is the volume times the unit matrix.
 bool is_closed(const Scene& scene, const Mesh& mesh) {
   Bounds bounds;
   const auto for_each_solid = [&](const auto& visit) {

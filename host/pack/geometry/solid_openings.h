@@ -13,7 +13,10 @@ namespace eikon {
 
 /// Tells the surfaces whose opacity stage `shade` decides about, instead of the traversal
 /// (kernels/surface/alpha.h): boundaries of solids that refract, where rays may pass them. The
-/// medium of a path changes at such an opening as it does in the glass beside it.
+/// medium of a path changes at such an opening as it does in the glass beside it. Radiance over the
+/// square of the index of refraction stays the same there, as it does where glass refracts, so a
+/// room of one radiance stays of one; but the ray is not bent, so that the power of a beam changes
+/// by that square, and back where it leaves by another opening.
 ///
 /// Openings of a mesh that is not closed lead to no inside, so they are passed within the
 /// traversal, as those of a leaf are. So are those of solids that emit, because light sampling
@@ -36,8 +39,8 @@ class SolidOpenings {
   std::optional<PassableMaterials> passable_;
 };
 
-/// True if the triangles that bound a solid close it but for a ten-thousandth of their area, and face
-/// all outwards or all inwards. (Holes that lie evenly around the middle may go unnoticed.)
+/// True if the triangles that bound a solid close it but for a ten-thousandth of their area, and
+/// face all outwards or all inwards. (Holes that lie evenly around the middle may go unnoticed.)
 [[nodiscard]] bool is_closed(const Scene& scene, const Mesh& mesh);
 
 }  // namespace eikon

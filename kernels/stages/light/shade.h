@@ -167,9 +167,13 @@ EK_FN ScatteredPath light_scatter(const ShadeContext* c, const PathHit* hit, con
     const vi refracted = point->material.solid & (next.wi.z < 0.0f);
     adjoint = adjoint * (refracted ? point->material.eta * point->material.eta : (vf)(1.0f));
   }
-  // The power that a path carries is the same on both sides of a null interface.
-  const vf one = (vf)(1.0f);
-  v3 weight = select3(is_null, V3(one, one, one), scale3(next.beta, adjoint));
+  vf passed = (vf)(1.0f);
+#if EK_HAS_open_solid
+  // A viewer on the other side sees the radiance scaled. An opening bends no ray, so nothing undoes
+  // that.
+  passed = point->interface.is_opening ? div_f(passed, radiance_transmitted(point->material)) : passed;
+#endif
+  v3 weight = select3(is_null, V3(passed, passed, passed), scale3(next.beta, adjoint));
   if (ANY(next.survives & !is_delta)) {
     vi faces_away;
     const v3 f = scattered_towards(c, hit, point, next.dir, channel, &faces_away);

@@ -133,10 +133,32 @@ TEST(OpenSolid, light_is_the_same_with_and_without_light_paths) {
   expect_the_same_mean("rough", scene, settings, 16384, 24);
 }
 
+TEST(OpenSolid, light_is_the_same_with_and_without_light_paths_where_one_half_is_open) {
+  // Light enters the ball by an opening and leaves it by glass, or the reverse.
+  for (const bool top_is_open : {true, false})
+    for (const float roughness : {0.0F, 0.3F}) {
+      auto [scene, settings] = room_of_glass(16, 512);
+      for (Mesh& mesh : scene.meshes) {
+        Primitive& primitive = mesh.primitives[0];
+        Material& material = scene.materials[primitive.material];
+        if (!material.solid) continue;
+        std::vector<glm::vec4> colors;
+        for (const glm::vec3& p : primitive.positions_object)
+          colors.emplace_back(1, 1, 1, (p.y > -0.5F) == top_is_open ? 0.0F : 1.0F);
+        primitive.colors = colors;
+        material.alpha_mode = AlphaMode::mask;
+        material.roughness = roughness;
+      }
+      ASSERT_TRUE(Features(scene, settings).has(Feature::open_solid));
+      expect_the_same_mean(top_is_open ? "top" : "bottom", scene, settings, 8192, 48);
+    }
+}
+
 TEST(OpenSolid, light_paths_pass_openings) {
-  // Light falls at right angles, so it goes straight on through openings and glass alike, and
-  // R = opacity F of it is reflected at each side of the slab.
-  const double f = std::pow(0.5 / 2.5, 2);
+  // Light falls at right angles and goes straight on. It enters and leaves the slab by glass, which
+  // passes T and reflects F = 1 - T, or by an opening, where its radiance over the square of the
+  // index stays the same, and so does its solid angle.
+  const double f = std::pow(0.5 / 2.5, 2), n2 = 1.5 * 1.5;
   for (const float opacity : {0.1F, 0.5F, 1.0F}) {
     Scene scene;
     Primitive floor;
@@ -146,7 +168,9 @@ TEST(OpenSolid, light_paths_pass_openings) {
     scene.lights.push_back(sunshine({0, -1, 0}, 1));
     Settings settings = settings_for(16, 16, 256);
     settings.camera = look_at_camera({0.6, 0.6, 0.6}, {0.6, 0, 0}, {0, 1, 0}, 0.3);
-    const double reflected = double(opacity) * f, passed = (1 - reflected) / (1 + reflected);
+    const double there = double(opacity), open = 1 - there, reflected = there * f;
+    const double enters = open * n2 + there * (1 - f), leaves = open / n2 + there * (1 - f);
+    const double passed = enters * leaves / (1 - reflected * reflected);
     EXPECT_TRUE(agrees(mean_of(film_of(scene, with_light_paths(settings, 64))), 0.01 / kPi * passed, 3, 3e-3))
         << opacity;
   }
