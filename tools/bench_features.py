@@ -20,7 +20,7 @@ import sys
 import tempfile
 
 from common.child_process import run_or_exit
-from common.eikon_flag import add_eikon_flag
+from common.flags import add_eikon_flag
 from scene_builders import scene_pictures
 from scene_builders.gltf_writer import GltfWriter
 from scene_builders.scene_shapes import look_at, quad, sphere

@@ -21,7 +21,7 @@ from bench_page import table
 from bench_session import ROOT, Failed, Session
 
 sys.path.append(str(ROOT / "tools"))
-from common.eikon_flag import add_eikon_flag  # noqa: E402
+from common.flags import add_eikon_flag  # noqa: E402
 
 VENDORS = pathlib.Path("/etc/OpenCL/vendors")
 SCENES = ["cornell", "cornell_spheres", "window_room", "textured"]

@@ -23,7 +23,7 @@ from bench_page import table  # noqa: E402
 from check import CODE_ROOM, LANES, SCHEDULERS, occupancy, read_bounds  # noqa: E402
 
 sys.path.append(str(pathlib.Path(__file__).resolve().parents[1]))
-from common.eikon_flag import add_eikon_flag  # noqa: E402
+from common.flags import add_eikon_flag  # noqa: E402
 
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent

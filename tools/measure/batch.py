@@ -22,7 +22,7 @@ import tempfile
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "tools"))
 from common.child_process import run_or_exit  # noqa: E402
-from common.eikon_flag import add_eikon_flag  # noqa: E402
+from common.flags import add_eikon_flag, at_least  # noqa: E402
 
 
 def jobs(count, folder, side, spp):
@@ -69,7 +69,7 @@ def main():
     parser.add_argument("--side", type=int, default=128, help="of the images, in pixels")
     parser.add_argument("--spp", type=int, default=16)
     parser.add_argument("--rounds", type=int, default=2)
-    parser.add_argument("--cold-jobs", type=int, default=6, help="of the processes with an empty cache, only so many; the rest is reckoned")
+    parser.add_argument("--cold-jobs", type=at_least(1), default=6, help="of the processes with an empty cache, only so many; the rest is reckoned")
     arguments = parser.parse_args()
     eikon = arguments.eikon
     with tempfile.TemporaryDirectory() as work:

@@ -25,7 +25,7 @@ import typing
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "tools"))
 from common.child_process import run_or_exit  # noqa: E402
-from common.eikon_flag import add_eikon_flag  # noqa: E402
+from common.flags import add_eikon_flag  # noqa: E402
 
 USUAL = ["cornell=96x96@16384", "window_room=96x64@16384", "cornell_spheres=96x96@32768", "lamps=96x64@8192", "prism=96x64@32768",
          "alpha=96x64@8192", "sun_room=96x64@32768", "shelf_lamp_room=96x64@32768", "sphere_in_sky=96x64@8192", "tumbler=96x64@16384"]

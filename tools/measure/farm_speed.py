@@ -23,7 +23,7 @@ sys.dont_write_bytecode = True
 sys.path.append(str(ROOT / "tools"))
 from common import slurm_cluster  # noqa: E402
 from common.child_process import run_or_exit  # noqa: E402
-from common.eikon_flag import add_eikon_flag  # noqa: E402
+from common.flags import add_eikon_flag  # noqa: E402
 
 PHASES = ("submit", "slurm", "prepare", "render", "merge")
 

@@ -20,7 +20,7 @@ import numpy as np
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "tools"))
 from common.child_process import peak_bytes_from_small_parent  # noqa: E402
-from common.eikon_flag import add_eikon_flag  # noqa: E402
+from common.flags import add_eikon_flag  # noqa: E402
 from scene_builders.glb_file import pack_glb  # noqa: E402
 
 BYTE, SHORT, UNSIGNED, FLOAT = 5120, 5122, 5125, 5126  # types of components in glTF

@@ -28,7 +28,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "tools"))
 from common import child_process  # noqa: E402
 from common.child_process import run_or_exit  # noqa: E402
-from common.eikon_flag import add_eikon_flag  # noqa: E402
+from common.flags import add_eikon_flag, at_least  # noqa: E402
 
 REFERENCE_SEED = 1_000_003
 USUAL_SIZE = "160x128"
@@ -115,7 +115,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("scenes", nargs="*", metavar="SCENE[=WxH]")
     add_eikon_flag(parser)
-    parser.add_argument("--seeds", type=int, default=4)
+    parser.add_argument("--seeds", type=at_least(2), default=4)
     parser.add_argument("--spp", type=int, default=64)
     parser.add_argument("--reference-spp", type=int, default=4096)
     parser.add_argument("--reference", choices=("on", "off"), default="off")

@@ -24,7 +24,7 @@ from guiding import LEAST_RELMSE, REFERENCE_SEED, ROOT, is_refused, parse_scene,
 
 sys.path.append(str(ROOT / "tools"))
 from common.child_process import run_or_exit  # noqa: E402
-from common.eikon_flag import add_eikon_flag  # noqa: E402
+from common.flags import add_eikon_flag, at_least  # noqa: E402
 
 
 def measure(eikon, scene, size, options):
@@ -69,7 +69,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("scenes", nargs="*", metavar="SCENE[=WxH]")
     add_eikon_flag(parser)
-    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--seeds", type=at_least(2), default=3)
     parser.add_argument("--spp", type=int, default=64)
     parser.add_argument("--reference-spp", type=int, default=2048)
     parser.add_argument("--json", type=pathlib.Path)

@@ -17,7 +17,7 @@ import tempfile
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "tools"))
 from common.child_process import run_or_exit  # noqa: E402
-from common.eikon_flag import add_eikon_flag  # noqa: E402
+from common.flags import add_eikon_flag  # noqa: E402
 
 CASES = {"plain": ([], {"EIKON_TICKS": "off"}), "counter": ([], {}), "counter, --profile": (["--profile", "trace.json"], {})}
 

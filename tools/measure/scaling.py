@@ -25,7 +25,7 @@ TOOLS = pathlib.Path(__file__).resolve().parents[1]
 ROOT = TOOLS.parent
 sys.path.append(str(TOOLS))
 from common import child_process  # noqa: E402
-from common.eikon_flag import add_eikon_flag  # noqa: E402
+from common.flags import add_eikon_flag  # noqa: E402
 from scene_builders.glb_file import pack_glb  # noqa: E402
 from scene_builders.png_file import pack_png  # noqa: E402
 

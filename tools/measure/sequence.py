@@ -17,7 +17,7 @@ import tempfile
 TOOLS = pathlib.Path(__file__).resolve().parents[1]
 sys.path.append(str(TOOLS))
 from common import child_process  # noqa: E402
-from common.eikon_flag import add_eikon_flag  # noqa: E402
+from common.flags import add_eikon_flag  # noqa: E402
 
 
 def run(eikon, scene, folder, frames, spp, flags):

@@ -30,7 +30,7 @@ import cycles_render  # noqa: E402
 
 sys.path.append(str(pathlib.Path(__file__).resolve().parents[1]))
 from common.child_process import run_or_exit  # noqa: E402
-from common.eikon_flag import add_eikon_flag  # noqa: E402
+from common.flags import add_eikon_flag  # noqa: E402
 
 SCENES = pathlib.Path(__file__).resolve().parents[2] / "scenes"
 NAMES = ("bending_arm", "walking_figure", "morphing_blob", "spinning_wheel", "camera_path")

@@ -28,7 +28,7 @@ import mitsuba_render  # noqa: E402
 
 sys.path.append(str(pathlib.Path(__file__).resolve().parents[1]))
 from common.child_process import run_or_exit  # noqa: E402
-from common.eikon_flag import add_eikon_flag  # noqa: E402
+from common.flags import add_eikon_flag  # noqa: E402
 
 # eta and k at 650, 550 and 450 nm, as eikon's README names them and host/scene/ has them.
 METALS = {"Au": ((0.16779, 0.350409, 1.508458), (3.137816, 2.714063, 1.87885)),

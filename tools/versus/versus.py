@@ -40,7 +40,7 @@ import runner  # noqa: E402
 import versus_page  # noqa: E402
 
 sys.path.append(str(pathlib.Path(__file__).resolve().parents[1]))
-from common.eikon_flag import add_eikon_flag  # noqa: E402
+from common.flags import add_eikon_flag  # noqa: E402
 
 HERE = pathlib.Path(__file__).resolve().parent
 REFERENCE_PARTS = 4

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Gives every script that runs eikon the same flag for it: --eikon FILE."""
+"""The flags that scripts share: --eikon FILE of every script that runs eikon, and counts."""
 
+import argparse
 import os
 import pathlib
 import shutil
@@ -18,3 +19,16 @@ def add_eikon_flag(parser):
     """Adds --eikon to a parser; its value is an absolute path as a string."""
     parser.add_argument("--eikon", type=program_path, default=str(ROOT / "build-release/eikon"), metavar="FILE",
                         help="the program [build-release/eikon of this project]")
+
+
+def at_least(least):
+    """Returns a type for argparse: whole numbers that are not smaller."""
+    def count(text):
+        try:
+            number = int(text)
+        except ValueError:
+            number = None
+        if number is None or number < least:
+            raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from {least} on")
+        return number
+    return count
