@@ -57,10 +57,10 @@ CAMERAS = [{**PERSPECTIVE, "extensions": {"EIKON_camera_lens": {"radius": 0.01, 
 # material. Oclgrind takes long to clear what it keeps for each byte of the buffers, so memory is
 # little and the large table is in one run.
 RUNS = [
-    ("everything", "--memory 48M --transparent --filter gaussian --roulette 0.8 --energy-compensation on --max-depth 4"),
-    ("unmeasured", "--memory 8M --camera 1 --layout bvh4 --integrator direct --light-samples 3"),
-    ("unmeasured", "--memory 8M --camera 2 --layout cwbvh --integrator whitted"),
-    ("unmeasured", "--memory 12M --camera 3 --integrator raycast"),
+    ("everything", "--memory 48M --light-paths off --transparent --filter gaussian --roulette 0.8 --energy-compensation on --max-depth 4"),
+    ("unmeasured", "--light-paths off --memory 8M --camera 1 --layout bvh4 --integrator direct --light-samples 3"),
+    ("unmeasured", "--light-paths off --memory 8M --camera 2 --layout cwbvh --integrator whitted"),
+    ("unmeasured", "--light-paths off --memory 12M --camera 3 --integrator raycast"),
     ("lamps", f"--memory 8M --aov {LAYERS}"),
     ("cornell_spheres", "--memory 4M --light-paths 1 --aov direct,light_groups --max-depth 4"),
     ("cornell_spheres", "--memory 4M --light-paths 1 --caustics merge --aov direct,light_groups --max-depth 4"),
