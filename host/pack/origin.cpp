@@ -82,7 +82,7 @@ std::pair<double, double> range_of_most(const std::vector<Part>& parts, int axis
     is_low_open = is_low_open && first < median && middles[first].surfaces <= left;
     is_high_open = is_high_open && last > median && middles[last].surfaces <= left;
     if (!is_low_open && !is_high_open) return {middles[first].at, middles[last].at};
-    // Of two that may go, the one that is farther out goes first.
+    // If both ends may go, the one that is farther out goes first.
     const bool is_low = is_low_open && (!is_high_open ||
                                         middles[median].at - middles[first].at > middles[last].at - middles[median].at);
     left -= middles[is_low ? first : last].surfaces;

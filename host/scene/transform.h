@@ -17,7 +17,8 @@ namespace eikon {
 /// normals of surfaces. It is defined for flat scales, too.
 [[nodiscard]] glm::dmat3 cofactors(const glm::dmat3& m);
 
-/// v with length 1, or 0 if it has no direction.
+/// v with length 1, or 0 if it has no direction. It is computed in double, because the square of a
+/// float may overflow or vanish.
 [[nodiscard]] glm::dvec3 direction_of(const glm::dvec3& v);
 
 }  // namespace eikon

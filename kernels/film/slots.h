@@ -89,7 +89,7 @@ EK_FN void film_add_3(FilmSlots film, uint plane, vi live, vu path, v3 value) {
 
 // Paths may meet null interfaces: boundaries between nested media (surface/nested_media.h), and the
 // openings of solids (surface/alpha.h), which they pass straight on.
-#define EK_HAS_NULL_INTERFACES (EK_HAS_nested_media | EK_HAS_open_solid)
+#define EK_USES_NULL_INTERFACES (EK_HAS_nested_media | EK_HAS_open_solid)
 
 /// Light that reaches the camera along a path.
 typedef struct {
@@ -106,7 +106,7 @@ typedef struct {
 /// Adds a contribution to the layers that show parts of R, G, B.
 /// surface_count  surfaces that the light met between its source and the camera
 EK_FN void film_add_light_layers(FilmSlots film, uint surface_count, Contribution light) {
-  if (EK_HAS_bounce_bins & (EK_HAS_NULL_INTERFACES | EK_HAS_merging)) {
+  if (EK_HAS_bounce_bins & (EK_USES_NULL_INTERFACES | EK_HAS_merging)) {
     vu bin = (vu)(0u);
     for (uint bits = EK_BOUNCE_BOUNDS; bits != 0u; bits &= bits - 1u) {
       const uint bound = lowest_bit(bits);

@@ -68,7 +68,7 @@ EK_FN_ONCE void stage_miss(StageContext stage, SceneData scene, LightData lights
     }
     const Contribution light = {.live = escaped,
                                 .path = path.path,
-                                .uncounted = EK_HAS_NULL_INTERFACES ? path.null_interface_count : (vu)(0u),
+                                .uncounted = EK_USES_NULL_INTERFACES ? path.null_interface_count : (vu)(0u),
                                 .group = (vu)(EK_ENVIRONMENT_GROUP),
                                 .radiance = scale3(mul3(beta, sky.radiance), weight)};
     film_add_light(stage.film, depth - 1, light);

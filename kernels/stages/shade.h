@@ -46,7 +46,7 @@ EK_FN void shade_first_hit(const ShadeContext* c, const PathHit* hit, const Shad
 /// max_depth.
 EK_FN vi shade_may_go_on(const ShadeContext* c, const MediumInterface* interface) {
   const uint max_depth = c->stage.frame->max_depth;
-  if (!EK_HAS_NULL_INTERFACES) return max_depth != 0 && c->depth >= max_depth ? (vi)(0) : (vi)(-1);
+  if (!EK_USES_NULL_INTERFACES) return max_depth != 0 && c->depth >= max_depth ? (vi)(0) : (vi)(-1);
   return interface->skips_depth |
          (max_depth == 0 ? (vi)(-1) : (vu)(c->depth) - interface->null_interface_count < (vu)(max_depth));
 }

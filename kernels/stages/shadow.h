@@ -44,7 +44,7 @@ EK_FN void shadow_trace(StageContext stage, Geometry geometry, Tracing* tracing,
     const Contribution light = {
         .live = in_use & !any_result(tracing, row),
         .path = ray.destination,
-        .uncounted = (EK_HAS_NULL_INTERFACES & EK_HAS_bounce_bins) ? ray.null_interface_count : (vu)(0u),
+        .uncounted = (EK_USES_NULL_INTERFACES & EK_HAS_bounce_bins) ? ray.null_interface_count : (vu)(0u),
         .group = EK_HAS_light_group ? ray.light_group : (vu)(0u),
         .radiance = ray.radiance};
     film_add_light(stage.film, depth, light);

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "scene/transform.h"
 
 namespace eikon {
 namespace {
@@ -71,14 +72,6 @@ class Odd {
  private:
   std::uint64_t first_ = 0, count_ = 0;
 };
-
-// The unit vector along v, or zero if v has no direction. It is computed in double, because the
-// square of a float may overflow or vanish.
-glm::vec3 direction_of(const glm::vec3& v) {
-  const glm::dvec3 wide(v);
-  const double length = std::sqrt(glm::dot(wide, wide));
-  return length > 0 && std::isfinite(length) ? glm::vec3(wide / length) : glm::vec3(0.0F);
-}
 
 // Replaces zeros by the mean normal of the triangles at the vertex, by their area. Where these have
 // none, no ray hits them, and any unit vector will do.
@@ -148,7 +141,7 @@ std::vector<glm::vec3> read_normals(const Accessor& normals, const VertexChoice&
   std::vector<glm::vec3> result(vertices.count);
   Odd odd;
   for (std::size_t i = 0; i < vertices.count; ++i) {
-    result[i] = direction_of(glm::vec3(normals.vector_at(vertices[i])));
+    result[i] = direction_of(glm::dvec3(normals.vector_at(vertices[i])));
     if (result[i] == glm::vec3(0.0F)) odd.add(vertices[i]);
   }
   if (!odd.any()) return result;
@@ -204,7 +197,7 @@ std::vector<glm::vec4> read_tangents(const Accessor& tangents, const VertexChoic
   Odd odd;
   for (std::size_t i = 0; i < vertices.count; ++i) {
     const glm::vec4 value = tangents.vector_at(vertices[i]);
-    const glm::vec3 direction = direction_of(glm::vec3(value));
+    const glm::vec3 direction = direction_of(glm::dvec3(value));
     const float bitangent = glm::length(glm::cross(normals[i], direction));
     if (!(bitangent > 1e-3F) || !(std::abs(value.w) > 0)) odd.add(vertices[i]);
     result[i] = glm::vec4(direction, value.w < 0 ? -1.0F : 1.0F);

@@ -10,8 +10,9 @@
 namespace eikon {
 namespace {
 
-// Of the area, and of the area times the mesh's radius: more than seams leave whose vertices were
-// rounded apart, and less than a hole that matters.
+// A closed mesh leaves at most this share of its area open, and moments of at most this share of
+// its area times its radius. Seams whose vertices were rounded apart leave less, and a hole that
+// matters leaves more.
 constexpr double kOpenShare = 1e-4;
 
 }  // namespace

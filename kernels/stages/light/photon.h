@@ -14,7 +14,7 @@ EK_FN uint photon_leave(const ShadeContext* c, const PathHit* hit, const Shading
   const v3 to_light = neg3(hit->path.dir);
   const vf cosine = abs_f(dot3(point->n_geom, to_light));
   vi leaves = point->live & (cosine > 0.0f) & (max_component(abs3(point->beta)) > 0.0f) & !is_purely_delta(&point->material);
-  if (EK_HAS_NULL_INTERFACES) leaves = leaves & !point->interface.is_null;
+  if (EK_USES_NULL_INTERFACES) leaves = leaves & !point->interface.is_null;
   const vu edges = (vu)(c->depth) - point->interface.null_interface_count;
   const vu most = (vu)(EK_PHOTON_EDGES_MOST);
   const vu group = EK_HAS_light_group ? hit->path.source_group : (vu)(0u);

@@ -61,7 +61,7 @@ EK_FN v3 scattered_towards(const ShadeContext* c, const PathHit* hit, const Shad
   const v3 f = bsdf_evaluate(view.material, view.wo, wi).f;
   const vf cos_light = abs_f(dot3(hit->surface.n_geom, to_light)), cos_viewer = abs_f(dot3(hit->surface.n_geom, to_viewer));
   vi possible = is_on_geometric_side(&view, wi, dot3(to_light, view.n_geom)) & (cos_light > 0.0f);
-  if (EK_HAS_NULL_INTERFACES) possible = possible & !interface.is_null;
+  if (EK_USES_NULL_INTERFACES) possible = possible & !interface.is_null;
   return scale3(f, possible ? div_f(cos_viewer, cos_light) : (vf)(0.0f));
 }
 

@@ -124,7 +124,7 @@ EK_FN uint direct_light_cast(const ShadeContext* c, const ShadingPoint* point, P
 #endif
   vi pending = point->live & is_on_geometric_side(point, wi, dot3(shadow.wi, point->n_geom)) & (shadow.pdf > 0.0f) &
                (max_component(f) > 0.0f) & (max_component(shadow.radiance) > 0.0f);
-  if (EK_HAS_NULL_INTERFACES) pending = pending & !point->interface.is_null;
+  if (EK_USES_NULL_INTERFACES) pending = pending & !point->interface.is_null;
   if (EK_HAS_each_light) pending = k < c->stage.frame->light_count ? pending : (vi)(0);
 
   const v3 transmitted = direct_light_transmittance(c, point, shadow, wi);

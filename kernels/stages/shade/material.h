@@ -51,7 +51,7 @@ EK_FN HitMaterial shade_material(const ShadeContext* c, const PathHit* hit, Medi
   interface->is_opening = meets_opening(c, hit, material.bsdf.solid & !interface->is_null);
   interface->is_null = interface->is_null | interface->is_opening;
 #endif
-  if (EK_HAS_NULL_INTERFACES) {
+  if (EK_USES_NULL_INTERFACES) {
     interface->null_interface_count = hit->path.null_interface_count;
     interface->skips_depth = interface->is_null & (interface->null_interface_count < EK_NULL_INTERFACES_MOST);
   }

@@ -51,7 +51,7 @@ EK_FN vi is_photon_at(const ShadeContext* c, const ShadingPoint* point, vu first
 EK_FN void add_merged_light(const ShadeContext* c, const PathHit* hit, const ShadingPoint* point) {
   constant Frame* frame = c->stage.frame;
   vi gathers = point->live & (hit->path.light_ratio == EK_SEEN_BY_DELTA) & !is_purely_delta(&point->material);
-  if (EK_HAS_NULL_INTERFACES) gathers = gathers & !point->interface.is_null;
+  if (EK_USES_NULL_INTERFACES) gathers = gathers & !point->interface.is_null;
   if (!ANY(gathers)) return;
   const PhotonMap map = c->lights.photon_map;
   const vu replicate = replicate_of(frame, point->path), bucket = photon_bucket(frame, point->p, replicate);

@@ -40,7 +40,7 @@ EK_FN ScatteredPath scatter_direction(const ShadeContext* c, const PathHit* hit,
   BsdfSample sample = bsdf_sample(point->material, point->wo, u, v, choice);
   ScatteredPath next;
   next.dir = to_world(point->basis, sample.wi);
-  if (EK_HAS_NULL_INTERFACES) {
+  if (EK_USES_NULL_INTERFACES) {
     vf radiance = (vf)(1.0f);
 #if EK_HAS_open_solid
     radiance = point->interface.is_opening ? radiance_transmitted(point->material) : radiance;
@@ -83,7 +83,7 @@ EK_FN vf throughput_survival(const ShadeContext* c, const PathHit* hit, const Sh
   // Ending paths that carry more adds more error than it saves rays (kernels/EXPERIMENTS.md).
   vf survival = min_f(EK_ROULETTE_GAIN * rr_throughput, roulette_most(c->depth));
   if (EK_HAS_fixed_roulette) survival = (vf)(c->stage.frame->roulette);
-  if (EK_HAS_NULL_INTERFACES) survival = point->interface.skips_depth ? (vf)(1.0f) : survival;
+  if (EK_USES_NULL_INTERFACES) survival = point->interface.skips_depth ? (vf)(1.0f) : survival;
   return survival;
 }
 

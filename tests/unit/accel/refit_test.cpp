@@ -58,6 +58,18 @@ TEST(Refit, to_the_same_triangles_changes_nothing_and_there_and_back_neither) {
   }
 }
 
+TEST(Refit, of_one_triangle_and_of_none_is_no_other_tree_than_a_new_one) {
+  const std::vector<float> here = {0, 0, 0, 1, 0, 0, 0, 1, 0}, there = bent(here, 3);
+  for (const std::string& layout : kLayouts) {
+    const std::optional<Accel> moved = refit(built(here, layout), TriangleSoup(there));
+    ASSERT_TRUE(moved) << layout;
+    EXPECT_TRUE(same_words(*moved, built(there, layout))) << layout;
+    // Nothing tells the caller to build anew.
+    const std::optional<Accel> none = refit(built({}, layout), TriangleSoup(std::span<const float>()));
+    EXPECT_TRUE(!none || same_words(*none, built({}, layout))) << layout;
+  }
+}
+
 /// Every box of a bvh2 is the union of the boxes of the triangles below it. Returns that of a node.
 Box check_node(const Accel& tree, TriangleSoup soup, std::size_t node, std::size_t& seen) {
   Box all;
