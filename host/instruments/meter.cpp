@@ -9,21 +9,52 @@
 #include "core/error.h"
 #include "instruments/analytic_scenes.h"
 #include "pack/origin.h"
+#include "pack/pack_parts.h"
+#include "scene/endless.h"
+#include "scene/shape.h"
 
 namespace eikon {
 namespace {
 
-// Side of the receiver as a share of the scene's size. The mean irradiance over the receiver
-// differs from that at its middle by the square of the ratio of its side to the distance of the
-// light.
-constexpr double kShareOfScene = 0x1p-14;
+// The mean irradiance over the receiver differs from that at its middle by the square of the ratio
+// of its side to the distance of the light, so its side is as small as single precision allows.
+// Least side as a share of the largest triangle or shape around the meter: rays meet that with an
+// error in proportion to its size, and the receiver may lie on it.
+constexpr double kShareOfSurface = 0x1p-18;
 // Least side as a share of its largest coordinate from the origin that the scene is packed around,
 // so that rounding keeps its shape.
 constexpr double kShareOfCoordinate = 0x1p-12;
+// Least side as a share of the scene's size, so that there is one anywhere.
+constexpr double kShareOfScene = 0x1p-30;
+constexpr double kSideInEmptyScene_m = 0x1p-14;
 // Height above a surface on which it may lie, as a share of its side.
 constexpr double kLift = 0x1p-3;
 
 double largest(const glm::dvec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
+
+/// The extent of the largest triangle or shape whose box holds a point; 0 if there is none.
+double extent_around(const Scene& scene, const glm::dvec3& at) {
+  double extent = 0;
+  const auto look = [&](const Bounds& box) {
+    const double own = largest(box.hi - box.lo);
+    const glm::dvec3 near = glm::clamp(at, box.lo, box.hi);
+    if (largest(at - near) <= kShareOfSurface * own) extent = std::max(extent, own);
+  };
+  for (const Node& node : scene.nodes)
+    for (const Primitive& primitive : scene.meshes[node.mesh].primitives)
+      for (std::size_t i = 0; i < primitive.indices.triangle_count(); ++i) {
+        Bounds box;
+        for (const std::uint32_t corner : primitive.indices.triangle(i))
+          grow(box,
+               glm::dvec3(node.world_from_object * glm::dvec4(glm::dvec3(primitive.positions_object[corner]), 1.0)));
+        look(box);
+      }
+  for (const Shape& shape : scene.shapes) {
+    const OwnShape own = own_shape(is_endless(shape) ? bounded_piece(shape) : shape);
+    look({own.center - own.half, own.center + own.half});
+  }
+  return extent;
+}
 
 double side_of_receiver(const Meter& meter, const Scene& scene) {
   const Bounds bounds = world_bounds(scene);
@@ -31,8 +62,9 @@ double side_of_receiver(const Meter& meter, const Scene& scene) {
   // A meter of radiance adds nothing to the scene.
   const bool is_added = meter.quantity == Meter::Quantity::irradiance;
   const glm::dvec3 origin = origin_of(scene, {&meter.at, is_added ? std::size_t{1} : 0});
-  const double side = std::max(kShareOfScene * size, kShareOfCoordinate * largest(meter.at - origin));
-  return side > 0 ? side : kShareOfScene;
+  const double side = std::max({kShareOfSurface * extent_around(scene, meter.at), kShareOfScene * size,
+                                kShareOfCoordinate * largest(meter.at - origin)});
+  return side > 0 ? side : kSideInEmptyScene_m;
 }
 
 /// Returns a direction perpendicular to another.
@@ -52,13 +84,13 @@ Camera parallel_camera(const glm::dvec3& eye, const glm::dvec3& towards, double 
 
 }  // namespace
 
-void aim(const Meter& meter, Scene& scene, Settings& settings) {
+double aim(const Meter& meter, Scene& scene, Settings& settings) {
   settings.culling = Culling::none;  // light arrives from both sides of every surface
   settings.light_path_count = 0;     // hardly any would meet so small a receiver, and each would outshine all others
   const double side = side_of_receiver(meter, scene);
   if (meter.quantity == Meter::Quantity::radiance) {
     settings.camera = parallel_camera(meter.at, meter.direction, kLift * side);
-    return;
+    return kLift * side;
   }
   const glm::dvec3 &n = meter.direction, x = side * across(n), y = glm::cross(n, x);
   const glm::dvec3 corner = meter.at + kLift * side * n - 0.5 * (x + y);
@@ -73,6 +105,7 @@ void aim(const Meter& meter, Scene& scene, Settings& settings) {
   settings.camera = parallel_camera(meter.at + 2 * kLift * side * n, -n, 0.5 * side);
   // The edge from the camera to the receiver does not belong to the light's path.
   if (settings.max_depth > 0) ++settings.max_depth;
+  return side;
 }
 
 Reading read(const Meter& meter, const Film& film) {

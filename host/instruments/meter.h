@@ -26,10 +26,11 @@ struct Reading {
 
 /// Sets the camera such that each pixel of a film of `settings` is one measurement; their spread
 /// gives the uncertainty of the mean. For irradiance it adds a receiver to the scene: white,
-/// exactly Lambertian, and so small that it changes nothing else. Seen from above, its radiance
-/// times pi is the irradiance. throws InputError when single precision cannot represent the
-/// receiver there
-void aim(const Meter& meter, Scene& scene, Settings& settings);
+/// exactly Lambertian, and as small as single precision allows there. Seen from above, its radiance
+/// times pi is the irradiance. Returns the side of the square over which the reading is a mean,
+/// metres: of the receiver, or of the bundle of parallel rays. throws InputError when single
+/// precision cannot represent the receiver there
+double aim(const Meter& meter, Scene& scene, Settings& settings);
 
 /// Computes the reading from the film that was rendered then.
 [[nodiscard]] Reading read(const Meter& meter, const Film& film);

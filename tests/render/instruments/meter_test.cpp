@@ -76,6 +76,39 @@ TEST(Meter, reads_the_same_far_from_the_origin) {
   }
 }
 
+TEST(Meter, reads_the_same_in_a_large_scene) {
+  // What lies far away does not matter; a receiver whose side followed the size of the scene read
+  // 2.7 and 14 % too much.
+  for (const float away : {10.0F, 1e3F, 1e4F, 1e5F}) {
+    Scene scene = bulb(2);
+    scene.lights[0].position = {0, 2, 0};
+    for (const float x : {-away, away}) {
+      Primitive wall;
+      add_quad(wall, {x, -1, -1}, {0, 2, 0}, {0, 0, 2});
+      add_mesh(scene, "wall", std::move(wall), lambert(0.5F));
+    }
+    const double expected = 2 / (1.999 * 1.999);
+    EXPECT_NEAR(measured(std::move(scene), facing({0, 0.001, 0}, {0, 1, 0})).value.y, expected, 5e-4 * expected)
+        << away;
+  }
+}
+
+TEST(Meter, lies_under_a_plate_close_above_a_wide_ground) {
+  Scene scene = bulb(2);
+  scene.lights[0].position = {0, 2, 0};
+  Primitive ground, plate;
+  add_quad(ground, {-1e3F, 0, -1e3F}, {0, 0, 2e3F}, {2e3F, 0, 0});
+  add_quad(plate, {-0.5F, 0.01F, -0.5F}, {0, 0, 1}, {1, 0, 0});
+  add_mesh(scene, "ground", std::move(ground), lambert(0.5F));
+  const Meter meter = facing({0, 0.001, 0}, {0, 1, 0});
+  EXPECT_NEAR(measured(scene, meter).value.y, 0.5, 2e-3);
+  add_mesh(scene, "plate", std::move(plate), lambert(0.5F));
+  Settings settings = settings_for(16, 16, 16);
+  settings.max_depth = 1;
+  aim(meter, scene, settings);
+  EXPECT_EQ(read(meter, film_of(scene, settings)).value.y, 0);
+}
+
 TEST(Meter, traces_no_light_paths) {
   Scene scene = bulb(5);
   add_mesh(scene, "ball", sphere({0, 2, 0}, 0.5F, 8, false, true), glass(1.5F, 0, true));
