@@ -16,6 +16,7 @@
 #include "job/report/result_lines.h"
 #include "job/stop_signals.h"
 #include "instruments/meter.h"
+#include "pack/lights/pack_light_paths.h"
 #include "render/render.h"
 
 namespace eikon {
@@ -49,7 +50,8 @@ Meter meter_of(const MeterOptions& options) {
 struct Measurement {
   Meter meter;
   Reading reading;
-  std::uint64_t paths = 0;
+  double side_m = 0;                      // of the square over which it is a mean
+  std::uint64_t paths = 0, rejected = 0;  // paths: without the rejected ones
 
   [[nodiscard]] bool is_irradiance() const { return meter.quantity == Meter::Quantity::irradiance; }
   [[nodiscard]] const char* quantity() const { return is_irradiance() ? "irradiance" : "radiance"; }
@@ -59,17 +61,24 @@ struct Measurement {
 std::optional<Measurement> take_reading(const MeterOptions& options, const Log& log, const std::atomic<bool>& stop) {
   const Meter meter = meter_of(options);
   Prepared prepared = prepare(options.scene, log);
-  aim(meter, *prepared.scene, prepared.settings);
+  if (only_light_paths_find_some(*prepared.scene))
+    log("the reading lacks what bulbs, spots and suns send by way of mirrors or smooth glass, because a meter traces "
+        "no "
+        "light paths; to see that light, render a diffuse surface there with --light-paths 4");
+  const double side_m = aim(meter, *prepared.scene, prepared.settings);
   const RenderOutput output = render_and_release(*prepared.scene, prepared.settings, options.execution, stop);
   if (output.report.interrupted()) return std::nullopt;
-  if (const std::uint64_t rejected = output.report.nonfinite + output.report.saturated; rejected > 0) {
+  const std::uint64_t rejected = output.report.nonfinite + output.report.saturated;
+  if (rejected > 0) {
     RenderReport report = output.report;
     report.rejected.clear();  // `render` replays those of its own pictures
     const std::string line = rejected_line(report, rejected);
     if (options.scene.strict) throw InputError(fmt::format("{}: {} (--strict)", options.scene.scene, line));
+    if (rejected == output.report.samples)
+      throw InputError(fmt::format("{}: {}; nothing is left to be read", options.scene.scene, line));
     log(line + "; the reading is without them");
   }
-  return Measurement{meter, read(meter, output.film), output.report.samples};
+  return Measurement{meter, read(meter, output.film), side_m, output.report.samples - rejected, rejected};
 }
 
 std::string to_json(const Measurement& measured) {
@@ -80,7 +89,9 @@ std::string to_json(const Measurement& measured) {
                               {"direction", list(measured.meter.direction)},
                               {"value", list(measured.reading.value)},
                               {"standard_error", list(measured.reading.sigma)},
-                              {"paths", measured.paths}};
+                              {"side", measured.side_m},
+                              {"paths", measured.paths},
+                              {"rejected", measured.rejected}};
   return out.dump() + "\n";
 }
 
@@ -88,17 +99,19 @@ ExitCode meter_command(MeterOptions options) {
   receive_signals();
   require_writable({options.json}, {.scene = options.scene.scene, .files = {options.scene.environment.map}});
   read_execution_environment(options.execution);
-  const auto measured = take_reading(options, log_unless(!options.json.empty()), catch_stop_signals());
+  const auto measured = take_reading(options, log_unless(false), catch_stop_signals());
   if (!measured) return stop_exit_code();
   if (!options.json.empty()) {
     write_text(options.json, to_json(*measured));
     return ExitCode::done;
   }
-  const auto& [meter, reading, paths] = *measured;
-  fmt::print("{} at ({}, {}, {}) {} ({:g}, {:g}, {:g}), {}, of {} paths\n", measured->quantity(), meter.at.x,
-             meter.at.y, meter.at.z, measured->is_irradiance() ? "facing" : "from", meter.direction.x,
-             meter.direction.y, meter.direction.z, measured->is_irradiance() ? "W/m^2 (lx)" : "W/(sr m^2) (cd/m^2)",
-             paths);
+  const Meter& meter = measured->meter;
+  const Reading& reading = measured->reading;
+  fmt::print("{} at ({}, {}, {}) {} ({:g}, {:g}, {:g}), {}, over {:.2g} x {:.2g} m, of {} paths\n",
+             measured->quantity(), meter.at.x, meter.at.y, meter.at.z, measured->is_irradiance() ? "facing" : "from",
+             meter.direction.x, meter.direction.y, meter.direction.z,
+             measured->is_irradiance() ? "W/m^2 (lx)" : "W/(sr m^2) (cd/m^2)", measured->side_m, measured->side_m,
+             measured->paths);
   for (int c = 0; c < 3; ++c) fmt::print("  {} {:.6g} +- {:.2g}\n", "RGB"[c], reading.value[c], reading.sigma[c]);
   return ExitCode::done;
 }

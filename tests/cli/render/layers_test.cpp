@@ -116,6 +116,10 @@ TEST(Meter, says_what_it_measured_and_how_surely) {
   EXPECT_EQ(reading.at("quantity"), "irradiance");
   EXPECT_EQ(reading.at("unit"), "W/m^2");
   EXPECT_EQ(reading.at("paths"), 16 * 256);
+  EXPECT_EQ(reading.at("rejected"), 0);
+  EXPECT_GT(reading.at("side"), 0);
+  EXPECT_LT(reading.at("side"), 1e-3);
+  EXPECT_EQ(outcome.err, "");
   for (std::size_t c = 0; c < 3; ++c) {
     EXPECT_GT(reading.at("value")[c], 0.1);
     EXPECT_GT(reading.at("standard_error")[c], 0);
@@ -128,14 +132,31 @@ TEST(Meter, says_what_it_measured_and_how_surely) {
   EXPECT_TRUE(contains(lamp.out, "W/(sr m^2)"));
 }
 
-TEST(Meter, says_which_paths_it_left_out_and_refuses_them_with_strict) {
+TEST(Meter, refuses_to_read_where_no_path_is_left) {
   const Workplace here;
   const std::string bright =
       "meter " + scene("sphere_in_sky.gltf") + " --env 1e20,1e20,1e20 --at 0,5,0 --facing 0,1,0 --spp 2";
-  const Outcome outcome = here.eikon(bright);
+  for (const char* flag : {"", " --strict", " --json"}) {
+    const Outcome outcome = here.eikon(bright + flag);
+    EXPECT_TRUE(refused(outcome, kInput)) << flag;
+    EXPECT_TRUE(contains(outcome.err, "512 samples were rejected (0 not finite, 512 beyond the film's range)"));
+    EXPECT_EQ(outcome.out, "");
+  }
+}
+
+TEST(Meter, warns_beside_its_json_too) {
+  const Workplace here;
+  const std::string at = " --at 0.5,1,0.5 --facing 0,1,0 --spp 1 --env none --json";
+  json gltf = read_json(scene("cornell_spheres.gltf"));
+  gltf["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}}};
+  gltf["extensionsUsed"].push_back("KHR_lights_punctual");
+  gltf["scenes"][0]["nodes"].push_back(gltf["nodes"].size());
+  gltf["nodes"].push_back({{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+  here.write("bulb.gltf", gltf.dump());
+  const Outcome outcome = here.eikon("meter bulb.gltf" + at);
   ASSERT_TRUE(succeeded(outcome));
-  EXPECT_TRUE(contains(outcome.err, "512 samples were rejected (0 not finite, 512 beyond the film's range)"));
-  EXPECT_TRUE(refused(here.eikon(bright + " --strict"), kInput));
+  EXPECT_TRUE(contains(outcome.err, "a meter traces no light paths")) << outcome.err;
+  EXPECT_TRUE(json::parse(outcome.out).contains("value"));
 }
 
 TEST(Meter, refuses_what_it_cannot_mean) {
