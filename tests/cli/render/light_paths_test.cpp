@@ -140,6 +140,7 @@ TEST(LightPathsOption, sums_for_which_trials_decided_differently_are_not_added) 
 
 TEST(LightPathsOption, is_refused_where_it_means_nothing) {
   const Workplace here;
+  EXPECT_TRUE(succeeded(here.eikon(kSpheres + "--spp 1 -o x.exr --light-paths .25")));
   for (const char* value : {"5", "-1", "nan", "many", "\"\""}) {
     const Outcome outcome = here.eikon(kSpheres + "-o x.exr --light-paths=" + value);
     EXPECT_TRUE(refused(outcome, kUsage)) << value;
