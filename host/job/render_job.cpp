@@ -309,9 +309,10 @@ void RenderJob::write_files(bool elsewhere) {
   if (done_->arithmetic != std::set<std::string>{"exact"})
     log_(fmt::format("arithmetic {}: other devices may give other bits; see `eikon selftest`",
                      fmt::join(done_->arithmetic, ", ")));
-  if (const std::uint64_t all = rejected_samples(); all > 0) log_(rejected_line(report(), all));
+  const std::uint64_t rejected = rejected_samples();
+  if (rejected > 0) log_(rejected_line(report(), rejected));
   if (report().search_failures > 0) log_(search_failures_line(*prepared_.scene, report()));
-  if (is_black(done_->film))
+  if (rejected == 0 && is_black(done_->film))
     log_("the picture is black all over: nothing that the camera sees gives or gets light; choose another view with "
          "--camera or --look-at, or light with --env neutral, FILE or R,G,B");
   if (report().interrupted() && failure_.empty()) {
