@@ -4,16 +4,13 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstdlib>
-#include <filesystem>
 #include <fmt/format.h>
 #include <mutex>
 #include <iterator>
 #include <map>
 #include <optional>
 #include <span>
-#include <system_error>
 #include <tuple>
 
 #include "core/host_limits.h"
@@ -140,22 +137,6 @@ DeviceInfo describe(cl_device_id device, std::uint32_t index) {
   return info;
 }
 
-/// PoCL has no device where its folder for compiled kernels can neither be made nor written. Says
-/// so, or nothing.
-std::optional<std::string> unusable_pocl_cache() {
-  const std::optional<std::filesystem::path>& folder = folder_of_running_pocl();
-  if (!folder) return {};
-  std::error_code error;
-  std::filesystem::path made = std::filesystem::absolute(*folder, error);
-  while (!std::filesystem::exists(made, error) && made.has_relative_path()) made = made.parent_path();
-  const int code = !std::filesystem::is_directory(made, error) ? ENOTDIR : access(made.c_str(), W_OK) != 0 ? errno : 0;
-  if (code == 0) return {};
-  return fmt::format(
-      "no OpenCL device: PoCL cannot keep compiled kernels in \"{}\": {}; set POCL_CACHE_DIR to a folder that you may "
-      "write to",
-      folder->string(), std::generic_category().message(code));
-}
-
 /// Gives the chosen devices the faults of EIKON_FAULT. throws UsageError
 void plan_faults(std::vector<DeviceInfo>& chosen) {
   const char* const text = std::getenv("EIKON_FAULT");
@@ -214,10 +195,10 @@ std::vector<DeviceInfo> select_devices(const std::string& selection, unsigned th
                                        std::vector<std::string>* notes) {
   const std::vector<DeviceInfo> all = list_devices(threads);
   if (all.empty())
-    throw DeviceError(unusable_pocl_cache().value_or(
-        "no OpenCL device: no platform is installed; try: apt-get install pocl-opencl-icd, or, for a GPU, name its "
-        "driver's library "
-        "in a file /etc/OpenCL/vendors/NAME.icd, then `eikon devices`"));
+    throw DeviceError("no OpenCL device: " + why_pocl_cannot_compile().value_or(
+                                                 "no platform is installed; try: apt-get install pocl-opencl-icd, or, "
+                                                 "for a GPU, name its driver's library in a "
+                                                 "file /etc/OpenCL/vendors/NAME.icd, then `eikon devices`"));
   Selection chosen = resolve_selection(selection, all, passes_canary);
   plan_faults(chosen.devices);
   std::ranges::move(leave_cores_to_feeders(chosen.devices, host_limits().threads), std::back_inserter(chosen.notes));

@@ -140,6 +140,7 @@ std::shared_ptr<Program::Impl> build_program(cl_context context, cl_device_id de
     code = compile(*impl, context, device, text, flags);
   }
   if (code != CL_SUCCESS) {
+    if (const auto why = is_pocl(info) ? why_pocl_cannot_compile() : std::nullopt) throw CompileError(*why);
     std::size_t size = 0;
     clGetProgramBuildInfo(impl->program.get(), device, CL_PROGRAM_BUILD_LOG, 0, nullptr, &size);
     std::string log(size, '\0');

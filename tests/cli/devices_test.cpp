@@ -90,6 +90,18 @@ TEST(Devices, a_folder_for_compiled_kernels_that_cannot_be_made_is_named) {
     }
 }
 
+TEST(Devices, a_file_in_place_of_the_folder_for_compiled_kernels_is_named) {
+  // PoCL has a device then, and compiles nothing.
+  const Workplace here;
+  here.write("file", "");
+  for (const char* variables : {"POCL_CACHE_DIR=$PWD/file", "POCL_CACHE_DIR=$PWD/file POCL_KERNEL_CACHE=0"}) {
+    const Outcome outcome = here.eikon(cornell(), variables);
+    EXPECT_TRUE(refused(outcome, kDevice)) << variables;
+    EXPECT_TRUE(contains(outcome.err, "PoCL cannot keep compiled kernels in")) << outcome.err;
+    EXPECT_TRUE(contains(outcome.err, "Not a directory; set POCL_CACHE_DIR")) << outcome.err;
+  }
+}
+
 TEST(Devices, a_folder_of_kernels_without_them_is_a_wrong_variable) {
   const Workplace here;
   const Outcome outcome = here.eikon(cornell(), "EIKON_KERNEL_DIR=/nowhere");

@@ -8,10 +8,12 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdlib>
 #include <exception>
 #include <fmt/format.h>
 #include <span>
+#include <system_error>
 #include <vector>
 
 #include "device/store/pocl_binary.h"
@@ -26,6 +28,7 @@ constexpr const char* kOneVariant = "POCL_WORK_GROUP_SPECIALIZATION";
 // PoCL allocates so much for a binary, whatever its size, and does not look whether it got it.
 constexpr std::size_t kMaxBytes = std::size_t{256} << 20;
 constexpr std::uintmax_t kMaxBytesOfAll = std::uintmax_t{512} << 20;  // some 2,000 programs
+constexpr std::uintmax_t kMinFreeBytes = std::uintmax_t{1} << 20;     // that one program may take while it is compiled
 
 std::uint64_t hash_of_text(std::string_view text, std::uint64_t seed) {
   return xxhash64(std::as_bytes(std::span(text)), seed);
@@ -41,15 +44,22 @@ std::string variable(const char* name) {
   return value == nullptr ? "" : value;
 }
 
-/// PoCL's own rule. None: PoCL keeps nothing, or keeps it in the folder for temporary files.
-std::optional<std::filesystem::path> pocl_cache_folder() {
-  if (const std::string wanted = variable("POCL_KERNEL_CACHE"); !wanted.empty() && wanted[0] != '1') return {};
+/// The folder in which PoCL puts what it compiles, even if it is to keep none of it, by its own
+/// rule. None: the one for temporary files.
+std::optional<std::filesystem::path> pocl_folder() {
   if (const std::string folder = variable("POCL_CACHE_DIR"); !folder.empty()) return folder;
   if (const std::string caches = variable("XDG_CACHE_HOME"); !caches.empty())
     return std::filesystem::path(caches) / "pocl/kcache";
   if (const std::string home = variable("HOME"); !home.empty())
     return std::filesystem::path(home) / ".cache/pocl/kcache";
   return {};
+}
+
+/// The folder in which PoCL keeps what it compiles. None: it keeps nothing, or only in the folder
+/// for temporary files.
+std::optional<std::filesystem::path> pocl_cache_folder() {
+  if (const std::string wanted = variable("POCL_KERNEL_CACHE"); !wanted.empty() && wanted[0] != '1') return {};
+  return pocl_folder();
 }
 
 /// Size and date of the driver's library: a package can be built again under the version of the one
@@ -134,9 +144,11 @@ void forget_oldest(const std::filesystem::path& folder, std::uintmax_t most) {
   }
 }
 
+bool is_pocl(const DeviceInfo& info) { return info.platform == "Portable Computing Language"; }
+
 std::optional<StoredProgram> stored_program(const DeviceInfo& info, cl_device_id device, const std::string& flags,
                                             std::string_view text) {
-  if (info.platform != "Portable Computing Language" || variable(kOneVariant) != "0") return {};
+  if (!is_pocl(info) || variable(kOneVariant) != "0") return {};
   const auto folder = pocl_cache_folder();
   cl_platform_id platform = nullptr;
   clGetDeviceInfo(device, CL_DEVICE_PLATFORM, sizeof platform, &platform, nullptr);
@@ -152,6 +164,25 @@ std::optional<StoredProgram> stored_program(const DeviceInfo& info, cl_device_id
 const std::optional<std::filesystem::path>& folder_of_running_pocl() {
   static const std::optional<std::filesystem::path> folder = pocl_cache_folder();
   return folder;
+}
+
+std::optional<std::string> why_pocl_cannot_compile() {
+  const std::optional<std::filesystem::path> folder = pocl_folder();
+  if (!folder) return {};
+  std::error_code error;
+  std::filesystem::path made = std::filesystem::absolute(*folder, error);
+  while (!std::filesystem::exists(made, error) && made.has_relative_path()) made = made.parent_path();
+  int code = 0;
+  if (!std::filesystem::is_directory(made, error))
+    code = ENOTDIR;
+  else if (access(made.c_str(), W_OK) != 0)
+    code = errno;
+  else if (std::filesystem::space(made, error).available < kMinFreeBytes && !error)
+    code = ENOSPC;
+  if (code == 0) return {};
+  return fmt::format(
+      "PoCL cannot keep compiled kernels in \"{}\": {}; set POCL_CACHE_DIR to a folder that you may write to",
+      folder->string(), std::generic_category().message(code));
 }
 
 void prepare_pocl() {

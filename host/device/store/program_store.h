@@ -42,6 +42,8 @@ class StoredProgram {
 /// more than `most` bytes, until they have three quarters of that. What cannot be removed stays.
 void forget_oldest(const std::filesystem::path& folder, std::uintmax_t most);
 
+[[nodiscard]] bool is_pocl(const DeviceInfo& info);
+
 /// Returns the place of a program in PoCL's cache folder. None: the driver is another one, which
 /// has a cache of its own, or PoCL is to keep nothing (POCL_KERNEL_CACHE=0), or to compile more
 /// than one variant of each kernel (prepare_pocl()).
@@ -57,6 +59,10 @@ void prepare_pocl();
 /// Returns the folder in which PoCL keeps what it compiles: it asks the environment once, when it
 /// starts, as prepare_pocl() does. None: it keeps nothing.
 const std::optional<std::filesystem::path>& folder_of_running_pocl();
+
+/// Says why PoCL cannot write to its folder, without which it finds no device or compiles nothing.
+/// None: it can.
+std::optional<std::string> why_pocl_cannot_compile();
 
 /// Returns the driver's binary of a built program without what its kernels do not need to run, or
 /// "" if the driver gives none. All of the program's kernels must have been run, because PoCL
