@@ -106,6 +106,10 @@ double way_out(const ShapeRecord& r, const std::vector<formula::Formula>& formul
 
 bool absorbs(const MaterialExtension& e) { return e.absorption_r != 0 || e.absorption_g != 0 || e.absorption_b != 0; }
 
+bool bounds_solid(const PackedScene& packed, const Triangle& t) {
+  return (packed.materials[t.material].flags & EK_MATERIAL_SOLID) != 0 && (t.flags & EK_TRIANGLE_ALPHA_TESTED) == 0;
+}
+
 struct Solid {
   double turned = 0;  // winding around the eye, steradians
   double way_out = std::numeric_limits<double>::infinity();
@@ -125,14 +129,16 @@ std::uint32_t nested_media(const PackedScene& packed, const std::vector<Solid>& 
   return media;
 }
 
-/// Adds up the solids around a point.
+/// Adds up the solids around a point. A surface whose openings rays pass within the traversal
+/// bounds none, because a path would not notice that it leaves the solid there (SolidOpenings).
 class Surroundings {
  public:
   Surroundings(const PackedScene& packed, const glm::dvec3& eye, const glm::dvec3& view)
       : eye_(eye), view_(view), solids_(packed.materials.size()) {
     for (std::size_t i = 0; i < packed.shapes.size(); ++i) {
-      const std::uint32_t m = packed.triangles[packed.triangle_count() + i].material;
-      if ((packed.materials[m].flags & EK_MATERIAL_SOLID) == 0) continue;
+      const Triangle& t = packed.triangles[packed.triangle_count() + i];
+      const std::uint32_t m = t.material;
+      if (!bounds_solid(packed, t)) continue;
       const double out = way_out(packed.shapes[i], packed.formulas, eye, view);
       if (out > 0) add(m, 4 * std::numbers::pi, out);
     }
@@ -168,7 +174,7 @@ Surroundings surroundings(const PackedScene& packed, const glm::dvec3& eye, cons
   Surroundings around(packed, eye, view);
   for (std::size_t i = 0; i < packed.triangle_count(); ++i) {
     const Triangle& t = packed.triangles[i];
-    if ((packed.materials[t.material].flags & EK_MATERIAL_SOLID) != 0) around.add(t.material, corners_of(t));
+    if (bounds_solid(packed, t)) around.add(t.material, corners_of(t));
   }
   return around;
 }

@@ -235,6 +235,22 @@ TEST(OpenSolid, openings_of_an_open_mesh_lead_to_no_inside) {
   EXPECT_NEAR(mean_of(film_of(scene, settings)).mean, 1, 1e-4);
 }
 
+TEST(OpenSolid, a_camera_is_inside_of_none_whose_openings_lead_to_no_inside) {
+  // Absorption would go on outside, to infinity.
+  Material amber = open_glass(glass(1.5F, 0, true), 1e-6F);
+  amber.attenuation_color = {0.2F, 0.5F, 0.9F};
+  amber.attenuation_distance = 0.1F;
+  Material lamp = amber;
+  lamp.emission = glm::vec3(1e-4F);
+  for (const bool is_shape : {false, true})
+    for (const bool emits : {false, true}) {
+      const Scene scene = ball_within_walls(emits ? lamp : amber, is_shape);
+      Settings settings = seen_from({0, 0, 0.2});
+      settings.integrator = emits ? Integrator::path : Integrator::raycast;
+      EXPECT_NEAR(mean_of(film_of(scene, settings)).mean, 1, 1e-3) << is_shape << emits;
+    }
+}
+
 TEST(OpenSolid, a_mesh_is_closed_if_its_triangles_leave_no_hole) {
   const auto closed = [](Primitive primitive, bool is_solid) {
     Scene scene;
