@@ -109,6 +109,7 @@ class Excluder {
 
   std::string run(std::string_view text) {
     std::string out;
+    out.reserve(text.size());
     while (!text.empty()) {
       const std::string_view line = take_line(text);
       if (line.starts_with('#')) {

@@ -54,17 +54,28 @@ void expand(std::string_view text, const std::string& name, int depth, std::set<
     conditions += line.starts_with("#if") ? 1 : line.starts_with("#endif") ? -1 : 0;
     if (line.starts_with(directive)) {
       const std::string file(line.substr(directive.size(), line.find('"', directive.size()) - directive.size()));
-      const std::string included = source(file);
-      // A header that is included under a condition may be absent for later includes.
-      std::set<std::string> conditional;
-      if (conditions > 0) conditional = seen;
-      std::set<std::string>& known = conditions > 0 ? conditional : seen;
-      if (!is_guarded(included) || known.insert(file).second) expand(included, file, depth + 1, known, out);
+      if (!seen.contains(file)) {
+        const std::string included = source(file);
+        // A header that is included under a condition may be absent for later includes.
+        std::set<std::string> conditional;
+        if (conditions > 0) conditional = seen;
+        std::set<std::string>& known = conditions > 0 ? conditional : seen;
+        if (is_guarded(included)) known.insert(file);
+        expand(included, file, depth + 1, known, out);
+      }
       out += "#line " + std::to_string(number + 1) + " \"" + name + "\"\n";
     } else {
       (out += line) += '\n';
     }
   }
+}
+
+/// The position of a line's comment, or npos. Slashes within a string are none.
+std::size_t begin_of_comment(std::string_view line) {
+  std::size_t at = line.find("//");
+  while (at != std::string_view::npos && std::count(line.begin(), line.begin() + std::ptrdiff_t(at), '"') % 2 != 0)
+    at = line.find("//", at + 1);
+  return at;
 }
 
 }  // namespace
@@ -85,15 +96,12 @@ std::string kernel_text(const std::vector<std::string>& entries) {
 
 std::string bare_text(std::string_view text) {
   std::string out;
+  out.reserve(text.size());
   bool is_continued = false;  // the line before ends with a backslash
   while (!text.empty()) {
     std::string_view line = take_line(text);
     if (line.starts_with("#line ")) continue;
-    bool is_quoted = false;
-    for (std::size_t i = 0; i + 1 < line.size(); ++i) {
-      if (line[i] == '"') is_quoted = !is_quoted;
-      if (!is_quoted && line[i] == '/' && line[i + 1] == '/') line = line.substr(0, i);
-    }
+    line = line.substr(0, begin_of_comment(line));
     line = line.substr(0, line.find_last_not_of(" \t") + 1);
     line.remove_prefix(std::min(line.size(), line.find_first_not_of(" \t")));
     if (line.empty() && !is_continued) continue;

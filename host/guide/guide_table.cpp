@@ -63,10 +63,9 @@ std::array<std::uint32_t, EK_GUIDE_BINS> guide_weights(const std::array<double, 
   double up_to = 0;
   std::uint32_t given = 0;
   for (std::size_t bin = 0; bin < EK_GUIDE_BINS; ++bin) {
-    up_to = bin + 1 == EK_GUIDE_BINS ? 1.0
-            : sum > 0                ? std::min(up_to + target[bin] / sum, 1.0)
-                                     : double(bin + 1) / EK_GUIDE_BINS;
-    const auto now = std::uint32_t(up_to * kShared + 0.5);  // rounded
+    up_to += sum > 0 ? target[bin] / sum : 1.0 / EK_GUIDE_BINS;
+    const double share = bin + 1 == EK_GUIDE_BINS ? 1.0 : std::min(up_to, 1.0);
+    const auto now = std::uint32_t(share * kShared + 0.5);  // rounded
     weights[bin] = kMinWeight + (now - given);
     given = now;
   }
