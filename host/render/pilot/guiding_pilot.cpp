@@ -18,23 +18,25 @@ namespace {
 // There are so many paths for each pixel that the trial has 32 samples of it, which begin to show
 // how samples fill gaps.
 constexpr std::uint64_t kPathsPerPilotPixel = 256;
-// Samples of a pixel over those of the first round: in the rounds that learn, and in each of the
-// two ways of the trial.
-constexpr std::array<std::uint64_t, 6> kRounds = {1, 2, 4, 8, 16, 16};
-constexpr std::uint64_t kTrial = 8;
-constexpr std::uint64_t kAllRoundsAndTrial = std::accumulate(kRounds.begin(), kRounds.end(), 2 * kTrial);
+// How many parts of the pilot's samples each round has. The first one has no table to follow.
+constexpr std::array<std::uint64_t, 6> kPartsOfRound = {8, 2, 4, 8, 16, 16};
+// After the rounds a trial renders the samples of the first one with the last table.
+constexpr std::uint64_t kAllParts =
+    std::accumulate(kPartsOfRound.begin(), kPartsOfRound.end(), std::uint64_t{kPartsOfRound[0]});
 // At the first vertex roulette saves next to nothing, and adds noise to direct light.
 constexpr std::uint32_t kRouletteDepth = 2;
 constexpr double kCellsPerHeight = 16;  // smallest cells across the picture at the usual distance
-constexpr double kMinGain = 1.25;  // a guided vertex costs about so many times another one (kernels/guide/README.md)
-// The pilot gives up after a round, if the gains that its samples and those of the round before
-// show are less than this. They are noisy, and grow from round to round (kernels/guide/README.md).
-constexpr std::array<double, kRounds.size()> kMinHopeOfRound = {0, 0, 0, 1, 1.1, 0};
+constexpr double kMinGain =
+    1.3;  // a guided vertex costs 1.25 times another one (kernels/guide/README.md), and gains are noisy
+// The pilot gives up after a round whose samples show a smaller gain than this. The gain grows from
+// round to round (kernels/guide/README.md).
+constexpr std::array<double, kPartsOfRound.size()> kMinHopeOfRound = {0, 0, 1.03, 1.1, 1.15, 1.2};
+// Gains are judged without this share of the pixels, since a few bright samples would decide; and
+// not at all if these pixels have more than that share of the error (kernels/guide/README.md).
+constexpr double kOutliers = 0.01, kMaxErrorOfOutliers = 0.6;
 constexpr std::uint64_t kMinPathsToGiveUp = 1U << 17;  // smaller pilots show too little in their rounds
-// After this round the pilot also gives up if lamps light the surfaces, and these light no others.
-constexpr std::size_t kRoundOfDirectLight = 1;
 
-/// Sums over the paths of one way of sampling, in a round or in the trial.
+/// Sums over the paths of a round, or of the trial.
 struct PathStatistics {
   std::vector<double> count, sum, square;        // luminance of paths, by pixel
   std::array<std::vector<double>, 2> replicate;  // sums of its halves, which are scrambled apart
@@ -42,52 +44,39 @@ struct PathStatistics {
   bool has_indirect_light = false;  // a path that was scattered met more than lamps that nothing else lights
 };
 
-/// Without guiding, and with it.
-struct BothWays {
-  PathStatistics without, with;
-};
-
 class GuidingPilot {
  public:
   /// picture  with the settings of guiding_picture_settings(), and a program with feature path_log
   GuidingPilot(PilotPicture& picture, std::uint64_t paths)
-      : picture_(picture), wanted_paths_(paths), samples_(first_round(picture.settings(), paths)) {}
+      : picture_(picture), wanted_paths_(paths), samples_of_part_(samples_of_part(picture.settings(), paths)) {}
 
-  /// Samples of a pixel in the first round.
-  static std::uint64_t first_round(const Settings& picture, std::uint64_t paths) {
-    const double each = double(paths) / double(picture.crop.pixel_count() * kAllRoundsAndTrial);
+  /// Samples of a pixel.
+  static std::uint64_t samples_of_part(const Settings& picture, std::uint64_t paths) {
+    const double each = double(paths) / double(picture.crop.pixel_count() * kAllParts);
     return std::uint64_t(std::max(std::round(each), 1.0));
   }
 
   void run(Guiding guiding, Pilot& pilot) {
+    const bool may_give_up = guiding != Guiding::on;
     calibrate();
     GuideLearner learner(scale_, usual_luminance_);
-    sums_.resize(picture_.pixel_count());
-    for (std::size_t round = 0; round < kRounds.size(); ++round) {
-      guide_with(learner.table(), round == 0 ? 0 : kRouletteDepth);
-      if (round > 0) rounds_.with = {};
-      PathStatistics& way = round == 0 ? rounds_.without : rounds_.with;
-      render(samples_ * kRounds[round], [&](const PilotUnit& unit) {
-        learner.add(unit.log);
-        add(way, unit);
-      });
-      add_to_means(way);
-      if (guiding != Guiding::on && gives_up_after(round, learner, pilot)) return;
-      learner.end_round(round + 2 >= kRounds.size());  // the last two rounds and the trial count together
-    }
-    const GuideTable table = learner.table();
-    BothWays trial;
     const std::uint64_t begin = next_;
-    for (PathStatistics* way : {&trial.without, &trial.with}) {
-      next_ = begin;  // both ways have the same samples: what guiding does not change has the same noise in both
-      guide_with(table, way == &trial.without ? 0 : kRouletteDepth);
-      render(samples_ * kTrial, [&](const PilotUnit& unit) {
-        learner.add(unit.log);
-        add(*way, unit);
-      });
-    }
+    guide_with(learner.table(), 0);
+    render_parts(1, learner, without_);
+    // Lamps light the surfaces, and these light no others.
+    if (may_give_up && !without_.has_indirect_light) return report(learner.table(), 1, pilot);
+    render_parts(kPartsOfRound[0] - 1, learner, without_);
     learner.end_round();
-    decide(learner.table(), trial, guiding, pilot);
+    for (std::size_t round = 1; round < kPartsOfRound.size(); ++round) {
+      render_guided(kPartsOfRound[round], learner);
+      if (may_give_up && gives_up_after(round, learner, pilot)) return;
+      add_to_sums(with_);
+      learner.end_round(round + 3 >= kPartsOfRound.size());  // the last three rounds and the trial count together
+    }
+    next_ = begin;  // both ways have the same samples: what guiding does not change has the same noise in both
+    render_guided(kPartsOfRound[0], learner);
+    learner.end_round();
+    decide(learner.table(), guiding, pilot);
   }
 
  private:
@@ -98,6 +87,21 @@ class GuidingPilot {
       paths_ += unit.log.paths;
     });
     next_ += samples;
+  }
+
+  /// Renders so many parts of the pilot, and learns from them.
+  void render_parts(std::uint64_t parts, GuideLearner& learner, PathStatistics& way) {
+    render(parts * samples_of_part_, [&](const PilotUnit& unit) {
+      learner.add(unit.log);
+      add(way, unit);
+    });
+  }
+
+  /// The same for paths that are guided by what is learned so far.
+  void render_guided(std::uint64_t parts, GuideLearner& learner) {
+    guide_with(learner.table(), kRouletteDepth);
+    with_ = {};
+    render_parts(parts, learner, with_);
   }
 
   void guide_with(GuideTable table, std::uint32_t roulette_depth) {
@@ -121,13 +125,15 @@ class GuidingPilot {
   void calibrate() {
     std::vector<float> distances;
     double sum = 0;
+    PathStatistics statistics;
     render(4, [&](const PilotUnit& unit) {
       const PathLog& log = unit.log;
-      add(rounds_.without, unit);
+      add(statistics, unit);
       for (const double value : luminances(log)) sum += std::abs(value);
       for (std::size_t path = 0; path < log.paths; ++path)
         if ((log.word(path, 0, LOG_info) & LOG_HIT) != 0) distances.push_back(log.number(path, 0, LOG_distance));
     });
+    add_to_sums(statistics);
     usual_luminance_ = sum > 0 ? sum / double(paths_) : 1;
     if (distances.empty()) return;
     const auto middle = distances.begin() + std::ptrdiff_t(distances.size() / 2);
@@ -140,13 +146,16 @@ class GuidingPilot {
     if (height > 0 && std::isfinite(height)) scale_ = float(kCellsPerHeight / height);
   }
 
-  /// Adds a round to the means by which errors are judged. They do not have the trial's samples:
-  /// one that is bright would otherwise raise the mean of its pixel and so hide itself.
-  void add_to_means(const PathStatistics& round) {
+  void add_to_sums(const PathStatistics& round) {
+    sums_.resize(picture_.pixel_count());
     for (std::size_t pixel = 0; pixel < sums_.size(); ++pixel) sums_[pixel] += round.sum[pixel];
-    means_ = sums_;
-    for (double& value : means_) value /= double(next_);
-    means_ = smoothed(means_, picture_.settings().width);
+    summed_paths_ += round.paths;
+  }
+  /// The means of pixels by which errors are judged, each smoothed with its neighbours.
+  /// sums, paths  luminance of the paths of each pixel, and the number of paths of all
+  [[nodiscard]] std::vector<double> means(std::vector<double> sums, double paths) const {
+    for (double& value : sums) value *= double(sums.size()) / paths;
+    return smoothed(sums, picture_.settings().width);
   }
 
   /// True if all that a vertex adds is its own emission: light sampling found nothing there.
@@ -179,7 +188,7 @@ class GuidingPilot {
   /// Variance of a sample in a pixel, as of independent ones.
   [[nodiscard]] static double sample_variance(const PathStatistics& way, std::size_t pixel) {
     const double n = way.count[pixel], mean = way.sum[pixel] / n;
-    return std::max(way.square[pixel] / n - mean * mean, 0.0);
+    return std::max(way.square[pixel] / n - mean * mean, 0.0) * n / std::max(n - 1, 1.0);
   }
   /// The same from the difference of its halves, which have less where samples fill each other's
   /// gaps.
@@ -189,40 +198,60 @@ class GuidingPilot {
     return 0.5 * half * difference * difference;
   }
 
-  /// Error times rays without guiding over that with it, by every `step`th pixel from `first` on.
-  /// The error is the sum over pixels of the variance over the squared mean.
+  /// The error of a way of sampling: the sum over pixels of the variance over the squared mean.
+  /// left_out  this share of the pixels is left out: those that have most of the error
   template <class Variance>
-  [[nodiscard]] double gain(const BothWays& both, std::size_t first, std::size_t step, const Variance& variance) const {
-    const double all = std::accumulate(means_.begin(), means_.end(), 0.0) / double(means_.size());
+  [[nodiscard]] static double error(const PathStatistics& way, const std::vector<double>& means,
+                                    const Variance& variance, double left_out) {
+    const double all = std::accumulate(means.begin(), means.end(), 0.0) / double(means.size());
+    std::vector<double> errors(means.size());
+    for (std::size_t i = 0; i < errors.size(); ++i) errors[i] = variance(way, i) / pilot_error_scale(means[i], all);
+    const auto end = errors.end() - std::ptrdiff_t(left_out * double(errors.size()));
+    std::nth_element(errors.begin(), end - 1, errors.end());
+    return std::accumulate(errors.begin(), end, 0.0);
+  }
+
+  /// Error times rays without guiding over that with it.
+  template <class Variance>
+  [[nodiscard]] double gain(const std::vector<double>& means, const Variance& variance, double left_out) const {
     const auto cost = [&](const PathStatistics& way) {
-      double error = 0;
-      for (std::size_t i = first; i < means_.size(); i += step)
-        error += variance(way, i) / pilot_error_scale(means_[i], all);
-      return error * way.rays / way.paths;
+      return error(way, means, variance, left_out) * way.rays / way.paths;
     };
-    const double with = cost(both.with);
-    return with > 0 ? cost(both.without) / with : 1;
+    const double with = cost(with_);
+    return with > 0 ? cost(without_) / with : 1;
   }
 
-  /// The least gain of the whole picture and of both its halves, since what holds for one of them
-  /// alone is chance; and of the whole by the other variance, since gains where samples fill each
-  /// other's gaps anyway are none.
-  [[nodiscard]] double least_gain(const BothWays& both) const {
-    return std::min({gain(both, 0, 1, sample_variance), gain(both, 0, 2, sample_variance),
-                     gain(both, 1, 2, sample_variance), gain(both, 0, 1, replicate_variance)});
+  /// True if a few pixels have most of the error without guiding: then no gain can be told.
+  [[nodiscard]] bool outliers_decide(const std::vector<double>& means) const {
+    return error(without_, means, sample_variance, kOutliers) <
+           (1 - kMaxErrorOfOutliers) * error(without_, means, sample_variance, 0);
   }
 
-  /// True if the rest of the pilot can be spared, because there is nothing to learn, or because
-  /// this round and the one before did so badly beside unguided paths; then this is in the report.
+  /// The gain that the last round shows beside the first one.
+  [[nodiscard]] double gain_of_round() const {
+    std::vector<double> sums = sums_;
+    for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += without_.sum[i] + with_.sum[i];
+    const std::vector<double> all = means(std::move(sums), summed_paths_ + without_.paths + with_.paths);
+    return outliers_decide(all) ? 1 : gain(all, sample_variance, kOutliers);
+  }
+
+  /// The least gain that the trial shows: with and without outliers, since what a few samples
+  /// decide is chance; and by the other variance, since gains where samples fill each other's gaps
+  /// anyway are none. The means do not have the trial's samples: one that is bright would otherwise
+  /// raise the mean of its pixel and so hide itself.
+  [[nodiscard]] double least_gain() const {
+    const std::vector<double> unseen = means(sums_, summed_paths_);
+    if (outliers_decide(unseen)) return 1;
+    return std::min({gain(unseen, sample_variance, 0), gain(unseen, sample_variance, kOutliers),
+                     gain(unseen, replicate_variance, kOutliers)});
+  }
+
+  /// True if the rest of the pilot can be spared, because guided paths did so badly in this round;
+  /// then this is in the report.
   bool gives_up_after(std::size_t round, const GuideLearner& learner, Pilot& pilot) {
-    if (round == 0) return false;
-    if (round == kRoundOfDirectLight && !rounds_.without.has_indirect_light && !rounds_.with.has_indirect_light) {
-      report(learner.table(), 1, pilot);
-      return true;
-    }
-    const double before = std::exchange(gain_of_round_, gain(rounds_, 0, 1, sample_variance));
-    const double hope = std::max(before, gain_of_round_);
-    if (wanted_paths_ < kMinPathsToGiveUp || hope >= kMinHopeOfRound[round]) return false;
+    if (wanted_paths_ < kMinPathsToGiveUp) return false;
+    const double hope = gain_of_round();
+    if (hope >= kMinHopeOfRound[round]) return false;
     report(learner.table(), hope, pilot);
     return true;
   }
@@ -233,8 +262,8 @@ class GuidingPilot {
     pilot.report.guiding_gain = gain;
   }
 
-  void decide(GuideTable table, const BothWays& both, Guiding guiding, Pilot& pilot) const {
-    report(table, least_gain(both), pilot);
+  void decide(GuideTable table, Guiding guiding, Pilot& pilot) const {
+    report(table, least_gain(), pilot);
     if (guiding != Guiding::on && pilot.report.guiding_gain < kMinGain) return;
     table.roulette_depth = pilot.report.roulette_depth = kRouletteDepth;
     pilot.report.guiding_digest = table.digest();
@@ -243,12 +272,12 @@ class GuidingPilot {
 
   PilotPicture& picture_;
   std::uint64_t wanted_paths_;
-  std::uint64_t samples_;  // of a pixel in the first round
+  std::uint64_t samples_of_part_;
   float scale_ = 1;
   double usual_luminance_ = 1;
-  std::vector<double> sums_, means_;  // luminance of the paths of all rounds, by pixel; means are smoothed
-  double gain_of_round_ = 0;          // the last one
-  BothWays rounds_;                   // paths without a table, and those of the last round with one
+  std::vector<double> sums_;  // luminance of all paths but those of the first round and of the trial, by pixel
+  double summed_paths_ = 0;
+  PathStatistics without_, with_;  // of the first round; of the last one, or of the trial
   std::uint64_t next_ = 0, paths_ = 0;
 };
 
@@ -260,7 +289,8 @@ Settings guiding_picture_settings(const Settings& settings) {
 
 std::uint64_t largest_guiding_round(const Settings& settings) {
   const Settings picture = guiding_picture_settings(settings);
-  return GuidingPilot::first_round(picture, settings.pilot_paths) * kRounds.back() * picture.crop.pixel_count();
+  return GuidingPilot::samples_of_part(picture, settings.pilot_paths) * std::ranges::max(kPartsOfRound) *
+         picture.crop.pixel_count();
 }
 
 void run_guiding_pilot(PilotPicture& picture, const Settings& settings, Pilot& pilot) {
