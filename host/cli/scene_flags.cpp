@@ -88,7 +88,7 @@ void parse_light_paths(const std::string& text, SceneOptions& options) {
     options.light_paths = 0;
     return;
   }
-  if (text.find_first_of("0123456789") == std::string::npos)
+  if (text.find_first_of("0123456789.") != 0)
     refuse_choice("--light-paths", text, {"auto", "usual", "off", "a number"});
   options.light_paths = parse_number<double>("--light-paths", text, 0, kMaxLightPathRatio);
 }

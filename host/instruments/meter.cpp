@@ -18,6 +18,7 @@ namespace {
 
 // The mean irradiance over the receiver differs from that at its middle by the square of the ratio
 // of its side to the distance of the light, so its side is as small as single precision allows.
+
 // Least side as a share of the largest triangle or shape around the meter: rays meet that with an
 // error in proportion to its size, and the receiver may lie on it.
 constexpr double kShareOfSurface = 0x1p-18;
@@ -29,6 +30,8 @@ constexpr double kShareOfScene = 0x1p-30;
 constexpr double kSideInEmptyScene_m = 0x1p-14;
 // Height above a surface on which it may lie, as a share of its side.
 constexpr double kLift = 0x1p-3;
+// Side of the middle part of the receiver that is seen, as a share of its side.
+constexpr double kSeenSide = 0x1p-1;
 
 double largest(const glm::dvec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
 
@@ -50,7 +53,7 @@ double extent_around(const Scene& scene, const glm::dvec3& at) {
         look(box);
       }
   for (const Shape& shape : scene.shapes) {
-    const OwnShape own = own_shape(is_endless(shape) ? bounded_piece(shape) : shape);
+    const OwnShape own = own_shape(bounded_piece(shape));
     look({own.center - own.half, own.center + own.half});
   }
   return extent;
@@ -102,10 +105,10 @@ double aim(const Meter& meter, Scene& scene, Settings& settings) {
   add_mesh(scene, "meter", std::move(square), lambert(1)).world_from_object[3] = glm::dvec4(corner, 1);
   // The camera is close above the middle quarter of the receiver: nothing else in the scene is so
   // small.
-  settings.camera = parallel_camera(meter.at + 2 * kLift * side * n, -n, 0.5 * side);
+  settings.camera = parallel_camera(meter.at + 2 * kLift * side * n, -n, kSeenSide * side);
   // The edge from the camera to the receiver does not belong to the light's path.
   if (settings.max_depth > 0) ++settings.max_depth;
-  return side;
+  return kSeenSide * side;
 }
 
 Reading read(const Meter& meter, const Film& film) {

@@ -28,8 +28,8 @@ struct Reading {
 /// gives the uncertainty of the mean. For irradiance it adds a receiver to the scene: white,
 /// exactly Lambertian, and as small as single precision allows there. Seen from above, its radiance
 /// times pi is the irradiance. Returns the side of the square over which the reading is a mean,
-/// metres: of the receiver, or of the bundle of parallel rays. throws InputError when single
-/// precision cannot represent the receiver there
+/// metres: of the part of the receiver that is seen, or of the bundle of parallel rays.
+/// throws InputError when single precision cannot represent the receiver there
 double aim(const Meter& meter, Scene& scene, Settings& settings);
 
 /// Computes the reading from the film that was rendered then.

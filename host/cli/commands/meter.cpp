@@ -62,9 +62,8 @@ std::optional<Measurement> take_reading(const MeterOptions& options, const Log& 
   const Meter meter = meter_of(options);
   Prepared prepared = prepare(options.scene, log);
   if (only_light_paths_find_some(*prepared.scene))
-    log("the reading lacks what bulbs, spots and suns send by way of mirrors or smooth glass, because a meter traces "
-        "no "
-        "light paths; to see that light, render a diffuse surface there with --light-paths 4");
+    log("the reading lacks what bulbs, spots and suns send by way of mirrors or smooth glass, because a meter "
+        "traces no light paths; to see that light, render a diffuse surface there with --light-paths 4");
   const double side_m = aim(meter, *prepared.scene, prepared.settings);
   const RenderOutput output = render_and_release(*prepared.scene, prepared.settings, options.execution, stop);
   if (output.report.interrupted()) return std::nullopt;

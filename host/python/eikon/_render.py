@@ -61,7 +61,9 @@ class Reading:
     unit: str
     value: NDArray[np.float64]
     standard_error: NDArray[np.float64]
-    paths: int
+    side: float  #: of the square over which it is a mean, metres
+    paths: int  #: that it is a mean of
+    rejected: int  #: paths that were left out, because they were not finite or beyond the film's range
     notes: List[str]  #: what the program would have said
 
 
@@ -263,8 +265,8 @@ def meter(scene: SceneLike, at: Vector, *, facing: Optional[Vector] = None, from
         flags.update(at=at, facing=facing, from_=from_)
         text, notes = _eikon.meter([encoded(word) for word in (path, *words_of("meter", flags))])
     found = json.loads(text)
-    return Reading(found["quantity"], found["unit"], np.array(found["value"]), np.array(found["standard_error"]), found["paths"],
-                   notes)
+    value, error = np.array(found["value"]), np.array(found["standard_error"])
+    return Reading(found["quantity"], found["unit"], value, error, found["side"], found["paths"], found["rejected"], notes)
 
 
 def devices() -> List[Device]:

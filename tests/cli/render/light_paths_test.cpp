@@ -138,9 +138,13 @@ TEST(LightPathsOption, sums_for_which_trials_decided_differently_are_not_added) 
   EXPECT_TRUE(contains(resumed.err, "the sums to go on from have 1200 light paths of each sample"));
 }
 
-TEST(LightPathsOption, is_refused_where_it_means_nothing) {
+TEST(LightPathsOption, takes_a_number_that_begins_with_its_point) {
   const Workplace here;
   EXPECT_TRUE(succeeded(here.eikon(kSpheres + "--spp 1 -o x.exr --light-paths .25")));
+}
+
+TEST(LightPathsOption, is_refused_where_it_means_nothing) {
+  const Workplace here;
   for (const char* value : {"5", "-1", "nan", "many", "\"\""}) {
     const Outcome outcome = here.eikon(kSpheres + "-o x.exr --light-paths=" + value);
     EXPECT_TRUE(refused(outcome, kUsage)) << value;
