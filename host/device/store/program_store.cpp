@@ -161,13 +161,23 @@ std::optional<StoredProgram> stored_program(const DeviceInfo& info, cl_device_id
   return StoredProgram(*folder / "eikon", driver, flags, text);
 }
 
+namespace {
+
+/// As folder_of_running_pocl(), but even if PoCL keeps nothing.
+const std::optional<std::filesystem::path>& folder_where_pocl_compiles() {
+  static const std::optional<std::filesystem::path> folder = pocl_folder();
+  return folder;
+}
+
+}  // namespace
+
 const std::optional<std::filesystem::path>& folder_of_running_pocl() {
   static const std::optional<std::filesystem::path> folder = pocl_cache_folder();
   return folder;
 }
 
 std::optional<std::string> why_pocl_cannot_compile() {
-  const std::optional<std::filesystem::path> folder = pocl_folder();
+  const std::optional<std::filesystem::path>& folder = folder_where_pocl_compiles();
   if (!folder) return {};
   std::error_code error;
   std::filesystem::path made = std::filesystem::absolute(*folder, error);
@@ -181,13 +191,14 @@ std::optional<std::string> why_pocl_cannot_compile() {
     code = ENOSPC;
   if (code == 0) return {};
   return fmt::format(
-      "PoCL cannot keep compiled kernels in \"{}\": {}; set POCL_CACHE_DIR to a folder that you may write to",
-      folder->string(), std::generic_category().message(code));
+      "PoCL cannot keep compiled kernels in \"{}\": {}; {}set POCL_CACHE_DIR to a folder that you may write to",
+      folder->string(), std::generic_category().message(code), code == ENOSPC ? "free some of it, or " : "");
 }
 
 void prepare_pocl() {
   setenv(kOneVariant, "0", 0);
   folder_of_running_pocl();
+  folder_where_pocl_compiles();
 }
 
 std::string program_binary(cl_program program) {

@@ -55,7 +55,7 @@ class StoredPrograms : public ::testing::Test {
  protected:
   void SetUp() override {
     for (const DeviceInfo& info : select_devices("all"))
-      if (info.platform == "Portable Computing Language") info_ = info;
+      if (is_pocl(info)) info_ = info;
     if (info_.name.empty()) GTEST_SKIP() << "needs PoCL; other drivers keep their own";
     cache_.emplace("POCL_CACHE_DIR", folder_.path().string());
   }
