@@ -38,7 +38,7 @@ std::string in_words(const PilotReport& pilot, const Settings& settings) {
                         pilot.light_path_gain > 0 ? times(pilot.light_path_gain) : "only they find some of the light");
   if (pilot.guiding_paths > 0)
     text += fmt::format("; {} ({})", pilot.roulette_depth == 0 ? "paths are not guided" : "paths are guided",
-                        times(pilot.guiding_gain));
+                        pilot.guiding_gain == 1 ? "it saw no gain" : times(pilot.guiding_gain));
   return text;
 }
 

@@ -18,16 +18,18 @@ namespace {
 // There are so many paths for each pixel that the trial has 32 samples of it, which begin to show
 // how samples fill gaps.
 constexpr std::uint64_t kPathsPerPilotPixel = 256;
-// How many parts of the pilot's samples each round has. The first one has no table to follow.
+// Each round has so many parts of the pilot's samples. The first one has no table to follow.
 constexpr std::array<std::uint64_t, 6> kPartsOfRound = {8, 2, 4, 8, 16, 16};
 // After the rounds a trial renders the samples of the first one with the last table.
 constexpr std::uint64_t kAllParts =
     std::accumulate(kPartsOfRound.begin(), kPartsOfRound.end(), std::uint64_t{kPartsOfRound[0]});
+// A table that is used learns from so many parts more, which pilots of other scenes do not have.
+constexpr std::uint64_t kMoreParts = 32;
 // At the first vertex roulette saves next to nothing, and adds noise to direct light.
 constexpr std::uint32_t kRouletteDepth = 2;
 constexpr double kCellsPerHeight = 16;  // smallest cells across the picture at the usual distance
-constexpr double kMinGain =
-    1.3;  // a guided vertex costs 1.25 times another one (kernels/guide/README.md), and gains are noisy
+// A guided vertex costs 1.25 times another one (kernels/guide/README.md), and gains are noisy.
+constexpr double kMinGain = 1.3;
 // The pilot gives up after a round whose samples show a smaller gain than this. The gain grows from
 // round to round (kernels/guide/README.md).
 constexpr std::array<double, kPartsOfRound.size()> kMinHopeOfRound = {0, 0, 1.03, 1.1, 1.15, 1.2};
@@ -50,7 +52,7 @@ class GuidingPilot {
   GuidingPilot(PilotPicture& picture, std::uint64_t paths)
       : picture_(picture), wanted_paths_(paths), samples_of_part_(samples_of_part(picture.settings(), paths)) {}
 
-  /// Samples of a pixel.
+  /// The samples of a pixel in one part of the pilot.
   static std::uint64_t samples_of_part(const Settings& picture, std::uint64_t paths) {
     const double each = double(paths) / double(picture.crop.pixel_count() * kAllParts);
     return std::uint64_t(std::max(std::round(each), 1.0));
@@ -63,7 +65,7 @@ class GuidingPilot {
     const std::uint64_t begin = next_;
     guide_with(learner.table(), 0);
     render_parts(1, learner, without_);
-    // Lamps light the surfaces, and these light no others.
+    // The pilot ends here where lamps light surfaces that light no others.
     if (may_give_up && !without_.has_indirect_light) return report(learner.table(), 1, pilot);
     render_parts(kPartsOfRound[0] - 1, learner, without_);
     learner.end_round();
@@ -73,10 +75,19 @@ class GuidingPilot {
       add_to_sums(with_);
       learner.end_round(round + 3 >= kPartsOfRound.size());  // the last three rounds and the trial count together
     }
-    next_ = begin;  // both ways have the same samples: what guiding does not change has the same noise in both
+    // Both ways have the same samples: what guiding does not change has the same noise in both.
+    const std::uint64_t end = std::exchange(next_, begin);
     render_guided(kPartsOfRound[0], learner);
-    learner.end_round();
-    decide(learner.table(), guiding, pilot);
+    const double gain = least_gain();
+    const bool guides = guiding == Guiding::on || gain >= kMinGain;
+    if (guides) {
+      learner.end_round(true);
+      next_ = end;
+      render_guided(kMoreParts, learner);
+      learner.end_round();
+      use(learner.table(), pilot);
+    }
+    report(learner.table(), gain, pilot);
   }
 
  private:
@@ -134,6 +145,7 @@ class GuidingPilot {
         if ((log.word(path, 0, LOG_info) & LOG_HIT) != 0) distances.push_back(log.number(path, 0, LOG_distance));
     });
     add_to_sums(statistics);
+    without_.has_indirect_light = statistics.has_indirect_light;
     usual_luminance_ = sum > 0 ? sum / double(paths_) : 1;
     if (distances.empty()) return;
     const auto middle = distances.begin() + std::ptrdiff_t(distances.size() / 2);
@@ -151,6 +163,7 @@ class GuidingPilot {
     for (std::size_t pixel = 0; pixel < sums_.size(); ++pixel) sums_[pixel] += round.sum[pixel];
     summed_paths_ += round.paths;
   }
+
   /// The means of pixels by which errors are judged, each smoothed with its neighbours.
   /// sums, paths  luminance of the paths of each pixel, and the number of paths of all
   [[nodiscard]] std::vector<double> means(std::vector<double> sums, double paths) const {
@@ -217,8 +230,8 @@ class GuidingPilot {
     const auto cost = [&](const PathStatistics& way) {
       return error(way, means, variance, left_out) * way.rays / way.paths;
     };
-    const double with = cost(with_);
-    return with > 0 ? cost(without_) / with : 1;
+    const double gain = cost(without_) / cost(with_);
+    return std::isfinite(gain) ? gain : 1;  // both may be 0
   }
 
   /// True if a few pixels have most of the error without guiding: then no gain can be told.
@@ -262,9 +275,7 @@ class GuidingPilot {
     pilot.report.guiding_gain = gain;
   }
 
-  void decide(GuideTable table, Guiding guiding, Pilot& pilot) const {
-    report(table, least_gain(), pilot);
-    if (guiding != Guiding::on && pilot.report.guiding_gain < kMinGain) return;
+  static void use(GuideTable table, Pilot& pilot) {
     table.roulette_depth = pilot.report.roulette_depth = kRouletteDepth;
     pilot.report.guiding_digest = table.digest();
     pilot.table = std::make_shared<const GuideTable>(std::move(table));

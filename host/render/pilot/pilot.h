@@ -31,7 +31,8 @@ struct PilotReport {
   std::uint64_t guiding_paths =
       0;  // traced to learn the table, with the 4 of each pixel before that; 0: nothing was learned
   std::uint64_t guiding_cells = 0;  // cells of that table
-  // Error times rays without guiding over that with it; 1 where there is nothing to learn.
+  // Error times rays without guiding over that with it; 1 where there is nothing to learn, or where
+  // a few pixels have most of the error.
   double guiding_gain = 0;
   std::uint32_t roulette_depth = 0;  // GuideTable::roulette_depth; 0: paths are not guided
   std::uint64_t guiding_digest = 0;  // GuideTable::digest()
