@@ -17,7 +17,8 @@ namespace eikon {
 ///         "The Solid Angle of a Plane Triangle"]
 [[nodiscard]] std::uint32_t solid_around(const PackedScene& packed, const glm::dvec3& eye, const glm::dvec3& view);
 
-/// The same for a scene of which nothing but shapes and materials is packed (look_at_light).
+/// The same for a scene of which nothing but shapes and materials is packed (look_at_light). Here
+/// meshes count whatever openings they have.
 [[nodiscard]] std::uint32_t solid_around(const Scene& scene, const PackedScene& light, const glm::dvec3& eye,
                                          const glm::dvec3& view);
 
