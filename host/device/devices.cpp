@@ -23,6 +23,10 @@
 namespace eikon {
 namespace {
 
+constexpr const char* kNoPlatform =
+    "no platform is installed; try: apt-get install pocl-opencl-icd, or, for a GPU, name its driver's library in a "
+    "file /etc/OpenCL/vendors/NAME.icd, then `eikon devices`";
+
 // PoCL caches what it compiles below HOME. When that cannot be written, it would compile everything
 // in every run.
 void give_pocl_a_cache() {
@@ -194,11 +198,7 @@ std::vector<DeviceInfo> list_devices(unsigned threads) {
 std::vector<DeviceInfo> select_devices(const std::string& selection, unsigned threads,
                                        std::vector<std::string>* notes) {
   const std::vector<DeviceInfo> all = list_devices(threads);
-  if (all.empty())
-    throw DeviceError("no OpenCL device: " + why_pocl_cannot_compile().value_or(
-                                                 "no platform is installed; try: apt-get install pocl-opencl-icd, or, "
-                                                 "for a GPU, name its driver's library in a "
-                                                 "file /etc/OpenCL/vendors/NAME.icd, then `eikon devices`"));
+  if (all.empty()) throw DeviceError("no OpenCL device: " + why_pocl_cannot_compile().value_or(kNoPlatform));
   Selection chosen = resolve_selection(selection, all, passes_canary);
   plan_faults(chosen.devices);
   std::ranges::move(leave_cores_to_feeders(chosen.devices, host_limits().threads), std::back_inserter(chosen.notes));

@@ -12,6 +12,7 @@
 #include "pack/pack_parts.h"
 #include "scene/endless.h"
 #include "scene/shape.h"
+#include "scene/transform.h"
 
 namespace eikon {
 namespace {
@@ -35,38 +36,51 @@ constexpr double kSeenSide = 0x1p-1;
 
 double largest(const glm::dvec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
 
-/// The extent of the largest triangle or shape whose box holds a point; 0 if there is none.
-double extent_around(const Scene& scene, const glm::dvec3& at) {
-  double extent = 0;
-  const auto look = [&](const Bounds& box) {
-    const double own = largest(box.hi - box.lo);
-    const glm::dvec3 near = glm::clamp(at, box.lo, box.hi);
-    if (largest(at - near) <= kShareOfSurface * own) extent = std::max(extent, own);
+/// What the side of a receiver depends on.
+struct Neighbourhood {
+  double extent = 0;  // of the largest triangle or shape whose box holds the meter; 0 if there is none
+  Bounds scene;
+};
+
+Neighbourhood neighbourhood(const Scene& scene, const glm::dvec3& at) {
+  Neighbourhood found;
+  const auto holds_meter = [&](const Bounds& box) {
+    return largest(at - glm::clamp(at, box.lo, box.hi)) <= kShareOfSurface * largest(box.hi - box.lo);
   };
-  for (const Node& node : scene.nodes)
+  const auto look = [&](const Bounds& box) {
+    if (holds_meter(box)) found.extent = std::max(found.extent, largest(box.hi - box.lo));
+  };
+  const std::vector<Bounds> boxes = boxes_of_nodes(scene);
+  for (std::size_t n = 0; n < boxes.size(); ++n) {
+    const Node& node = scene.nodes[n];
+    if (boxes[n].empty()) continue;
+    grow(found.scene, boxes[n].lo), grow(found.scene, boxes[n].hi);
+    if (!holds_meter(boxes[n])) continue;
     for (const Primitive& primitive : scene.meshes[node.mesh].primitives)
       for (std::size_t i = 0; i < primitive.indices.triangle_count(); ++i) {
         Bounds box;
         for (const std::uint32_t corner : primitive.indices.triangle(i))
-          grow(box,
-               glm::dvec3(node.world_from_object * glm::dvec4(glm::dvec3(primitive.positions_object[corner]), 1.0)));
+          grow(box, transform_point(node.world_from_object, primitive.positions_object[corner]));
         look(box);
       }
+  }
   for (const Shape& shape : scene.shapes) {
     const OwnShape own = own_shape(bounded_piece(shape));
-    look({own.center - own.half, own.center + own.half});
+    const Bounds box{own.center - own.half, own.center + own.half};
+    grow(found.scene, box.lo), grow(found.scene, box.hi);
+    look(box);
   }
-  return extent;
+  return found;
 }
 
 double side_of_receiver(const Meter& meter, const Scene& scene) {
-  const Bounds bounds = world_bounds(scene);
+  const auto [extent, bounds] = neighbourhood(scene, meter.at);
   const double size = bounds.empty() ? 0 : glm::length(bounds.hi - bounds.lo);
   // A meter of radiance adds nothing to the scene.
   const bool is_added = meter.quantity == Meter::Quantity::irradiance;
   const glm::dvec3 origin = origin_of(scene, {&meter.at, is_added ? std::size_t{1} : 0});
-  const double side = std::max({kShareOfSurface * extent_around(scene, meter.at), kShareOfScene * size,
-                                kShareOfCoordinate * largest(meter.at - origin)});
+  const double side =
+      std::max({kShareOfSurface * extent, kShareOfScene * size, kShareOfCoordinate * largest(meter.at - origin)});
   return side > 0 ? side : kSideInEmptyScene_m;
 }
 

@@ -28,24 +28,19 @@ struct Part {
   [[nodiscard]] glm::dvec3 center() const { return 0.5 * (bounds.lo + bounds.hi); }
 };
 
-/// All that has a place in the world. world_bounds() is tighter, but looks at each vertex of each
-/// instance; this looks at each mesh once.
+/// All that has a place in the world.
 std::vector<Part> parts_of(const Scene& scene) {
-  std::vector<Part> parts, of_mesh(scene.meshes.size());
-  parts.reserve(scene.nodes.size() + scene.shapes.size());
-  for (const Node& node : scene.nodes) {
-    Part& own = of_mesh[node.mesh];
-    if (own.bounds.empty()) {
-      own.surfaces = 0;
-      for (const Primitive& primitive : scene.meshes[node.mesh].primitives) {
-        for (const glm::vec3& p : primitive.positions_object) grow(own.bounds, glm::dvec3(p));
-        own.surfaces += double(primitive.indices.triangle_count());
-      }
-    }
-    Part part{.bounds = {}, .surfaces = own.surfaces};
-    grow(part.bounds, node.world_from_object, own.bounds);
-    if (!part.bounds.empty()) parts.push_back(part);
+  std::vector<double> surfaces_of_mesh;
+  for (const Mesh& mesh : scene.meshes) {
+    double surfaces = 0;
+    for (const Primitive& primitive : mesh.primitives) surfaces += double(primitive.indices.triangle_count());
+    surfaces_of_mesh.push_back(surfaces);
   }
+  const std::vector<Bounds> boxes = boxes_of_nodes(scene);
+  std::vector<Part> parts;
+  parts.reserve(scene.nodes.size() + scene.shapes.size());
+  for (std::size_t n = 0; n < boxes.size(); ++n)
+    if (!boxes[n].empty()) parts.push_back({.bounds = boxes[n], .surfaces = surfaces_of_mesh[scene.nodes[n].mesh]});
   for (const Shape& shape : scene.shapes) {
     const OwnShape own = own_shape(is_endless(shape) ? bounded_piece(shape) : shape);
     parts.push_back({.bounds = {own.center - own.half, own.center + own.half}, .surfaces = 1});
@@ -134,6 +129,19 @@ std::shared_ptr<const Scene> moved(const Scene& scene, const glm::dvec3& by) {
 }
 
 }  // namespace
+
+std::vector<Bounds> boxes_of_nodes(const Scene& scene) {
+  std::vector<Bounds> boxes, own_boxes(scene.meshes.size());
+  boxes.reserve(scene.nodes.size());
+  for (const Node& node : scene.nodes) {
+    Bounds& own = own_boxes[node.mesh];
+    if (own.empty())
+      for (const Primitive& primitive : scene.meshes[node.mesh].primitives)
+        for (const glm::vec3& p : primitive.positions_object) grow(own, glm::dvec3(p));
+    grow(boxes.emplace_back(), node.world_from_object, own);
+  }
+  return boxes;
+}
 
 glm::dvec3 origin_of(const Scene& scene, std::span<const glm::dvec3> more) {
   const std::vector<Part> parts = parts_of(scene);

@@ -4,6 +4,7 @@
 #pragma once
 #include <glm/glm.hpp>
 #include <span>
+#include <vector>
 
 #include "pack/settings.h"
 #include "scene/scene.h"
@@ -17,6 +18,10 @@ namespace eikon {
 /// lies on a grid of a power of two, so that it stays where it is while small things move.
 /// more  points at which something will be added to the scene, world
 [[nodiscard]] glm::dvec3 origin_of(const Scene& scene, std::span<const glm::dvec3> more = {});
+
+/// The box of each node's mesh in the world. It may be larger than the mesh, of which it turns the
+/// box, but each mesh is looked at once however many nodes show it.
+[[nodiscard]] std::vector<Bounds> boxes_of_nodes(const Scene& scene);
 
 /// The scene, with its poses, in coordinates that begin at `origin`.
 [[nodiscard]] Scene seen_from_origin(Scene scene, const glm::dvec3& origin);

@@ -8,6 +8,7 @@
 
 #include "pack/materials/material_traits.h"
 #include "pack/pack.h"
+#include "scene/transform.h"
 
 namespace eikon {
 
@@ -35,7 +36,7 @@ inline void grow(Bounds& bounds, const glm::dmat4& world_from_own, const Bounds&
   for (int corner = 0; corner < 8 && !own.empty(); ++corner) {
     const glm::dvec3 at((corner & 1) != 0 ? own.hi.x : own.lo.x, (corner & 2) != 0 ? own.hi.y : own.lo.y,
                         (corner & 4) != 0 ? own.hi.z : own.lo.z);
-    grow(bounds, glm::dvec3(world_from_own * glm::dvec4(at, 1)));
+    grow(bounds, transform_point(world_from_own, at));
   }
 }
 

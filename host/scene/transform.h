@@ -11,6 +11,11 @@ namespace eikon {
 [[nodiscard]] glm::dmat4 transform_matrix(const glm::dvec3& translation, const glm::dvec4& rotation_xyzw,
                                           const glm::dvec3& scale);
 
+/// A point of another space, in double.
+[[nodiscard]] inline glm::dvec3 transform_point(const glm::dmat4& matrix, const glm::dvec3& p) {
+  return glm::dvec3(matrix * glm::dvec4(p, 1.0));
+}
+
 [[nodiscard]] bool is_finite(const glm::dmat4& matrix);
 
 /// The matrix of cofactors: where m takes u and v, it takes their cross product, so it takes

@@ -62,6 +62,12 @@ std::optional<std::filesystem::path> pocl_cache_folder() {
   return pocl_folder();
 }
 
+/// As folder_of_running_pocl(), but even if PoCL keeps nothing.
+const std::optional<std::filesystem::path>& folder_where_pocl_compiles() {
+  static const std::optional<std::filesystem::path> folder = pocl_folder();
+  return folder;
+}
+
 /// Size and date of the driver's library: a package can be built again under the version of the one
 /// before.
 std::string library_of(cl_platform_id platform) {
@@ -160,16 +166,6 @@ std::optional<StoredProgram> stored_program(const DeviceInfo& info, cl_device_id
       fmt::format("{}\n{}\n{}\n{}\n{}\n{}", version, library, info.name, info.version, info.driver, pocl_variables());
   return StoredProgram(*folder / "eikon", driver, flags, text);
 }
-
-namespace {
-
-/// As folder_of_running_pocl(), but even if PoCL keeps nothing.
-const std::optional<std::filesystem::path>& folder_where_pocl_compiles() {
-  static const std::optional<std::filesystem::path> folder = pocl_folder();
-  return folder;
-}
-
-}  // namespace
 
 const std::optional<std::filesystem::path>& folder_of_running_pocl() {
   static const std::optional<std::filesystem::path> folder = pocl_cache_folder();

@@ -42,7 +42,7 @@ const Primitive& primitive_of(const Scene& scene, std::size_t node, std::size_t 
 auto vertices_of(const Scene& scene, std::size_t node, std::size_t primitive) {
   return [&world_from_object = scene.nodes[node].world_from_object,
           &positions = primitive_of(scene, node, primitive).positions_object](std::size_t i) {
-    return glm::dvec3(world_from_object * glm::dvec4(glm::dvec3(positions[i]), 1.0));
+    return transform_point(world_from_object, positions[i]);
   };
 }
 

@@ -111,7 +111,7 @@ class GeometryPacker {
 
  private:
   static glm::vec3 world_point(const Node& node, const glm::vec3& p) {
-    return glm::vec3(glm::dvec3(node.world_from_object * glm::dvec4(glm::dvec3(p), 1.0)));
+    return glm::vec3(transform_point(node.world_from_object, p));
   }
 
   /// taken: null, or the same primitive, whose vertices may be moved from

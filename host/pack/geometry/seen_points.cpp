@@ -9,6 +9,7 @@
 #include "pack/materials/material_traits.h"
 #include "scene/emission.h"
 #include "scene/endless.h"
+#include "scene/transform.h"
 
 namespace eikon {
 namespace {
@@ -16,7 +17,7 @@ namespace {
 constexpr std::uint32_t kPixels = 1024;
 
 glm::dvec3 world_corner(const Node& node, const Primitive& primitive, std::uint32_t vertex) {
-  return glm::dvec3(node.world_from_object * glm::dvec4(primitive.positions_object[vertex], 1.0));
+  return transform_point(node.world_from_object, primitive.positions_object[vertex]);
 }
 
 template <class T>
@@ -81,7 +82,7 @@ class CoarsePicture {
 
   void add(const Scene& scene, const WorldTriangle& triangle) {
     glm::dvec3 p[3];
-    for (int k = 0; k < 3; ++k) p[k] = glm::dvec3(camera_from_world_ * glm::dvec4(triangle.corners[k], 1.0));
+    for (int k = 0; k < 3; ++k) p[k] = transform_point(camera_from_world_, triangle.corners[k]);
     if (p[0].z >= 0 && p[1].z >= 0 && p[2].z >= 0) return;
     const bool may_pass = culling_ != Culling::none && triangle.primitive != nullptr;
     if (may_pass && is_single_sided(scene.materials[triangle.material]) && shows_back(triangle)) return;

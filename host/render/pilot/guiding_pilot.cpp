@@ -219,9 +219,8 @@ class GuidingPilot {
     const double all = std::accumulate(means.begin(), means.end(), 0.0) / double(means.size());
     std::vector<double> errors(means.size());
     for (std::size_t i = 0; i < errors.size(); ++i) errors[i] = variance(way, i) / pilot_error_scale(means[i], all);
-    const auto end = errors.end() - std::ptrdiff_t(left_out * double(errors.size()));
-    std::nth_element(errors.begin(), end - 1, errors.end());
-    return std::accumulate(errors.begin(), end, 0.0);
+    std::ranges::sort(errors);  // the whole order, so that sums have the same bits by any library
+    return std::accumulate(errors.begin(), errors.end() - std::ptrdiff_t(left_out * double(errors.size())), 0.0);
   }
 
   /// Error times rays without guiding over that with it.

@@ -10,6 +10,7 @@
 #include "scene/view/framing.h"
 #include "scene/limits.h"
 #include "scene/scene.h"
+#include "scene/transform.h"
 
 namespace eikon {
 namespace {
@@ -60,7 +61,7 @@ void for_each_vertex(const Scene& scene, const Visit& visit) {
   for (const Node& node : scene.nodes)
     for (const Primitive& primitive : scene.meshes[node.mesh].primitives)
       for (const glm::vec3& position : primitive.positions_object)
-        visit(glm::dvec3(node.world_from_object * glm::dvec4(position, 1.0)), primitive.material);
+        visit(transform_point(node.world_from_object, position), primitive.material);
   for (const Shape& shape : scene.shapes) {
     const OwnShape own = own_shape(bounded_piece(shape));
     for (int k = 0; k < 8; ++k) {
